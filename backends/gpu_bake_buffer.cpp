@@ -14,6 +14,7 @@
 #include "kernels/maps/certified_cones.h"
 #include "kernels/maps/cone_bounds.h"
 #include "kernels/maps/cone_search.h"
+#include "kernels/maps/solid_map.h"
 
 namespace reliefbench {
 namespace {
@@ -39,7 +40,7 @@ struct BakeHead {
   std::int32_t layers = 1;
   std::int32_t repeats = 0;
   std::int32_t exact_distances = 0;
-  std::int32_t footpoint = 0;
+  std::int32_t is_of_cells = 0;
   std::int32_t search_steps = 0;
   float step_share = 1;
   std::int32_t is_interpolated = 0;
@@ -74,7 +75,6 @@ BakeHead head_of(const BakeRequest& request, const BakeGrid& grid, const BakeSea
           .layers = layers,
           .repeats = request.wrap == Wrap::repeat ? 1 : 0,
           .exact_distances = is_exact ? 1 : 0,
-          .footpoint = static_cast<std::int32_t>(search.footpoint),
           .search_steps = request.value(kSearchSteps),
           .step_share = 1 / static_cast<float>(request.value(kSearchSteps)),
           .is_interpolated = request.correction == Correction::none ? 0 : 1,
@@ -104,7 +104,7 @@ std::vector<std::byte> bake_block(const BakeHead& head, const BakeLevels& levels
 
 }  // namespace
 
-std::string bake_contract(BakeDevice device) {
+std::string bake_contract(BakeDevice device, BakeFootpoint footpoint) {
   std::string text;
   const auto add = [&](std::string_view name, int value) { text += fmt::format("#define {} {}\n", name, value); };
   add("GROUP_SIDE", kGroupSide);
@@ -116,8 +116,11 @@ std::string bake_contract(BakeDevice device) {
   add("BEFORE_ALL_TURNS", kBeforeAllTurns);
   add("FOOTPOINT_NEAREST", static_cast<int>(BakeFootpoint::nearest));      // the nearest one
   add("FOOTPOINT_UNVISITED", static_cast<int>(BakeFootpoint::unvisited));  // of those that no finer level has visited
+  add("FOOTPOINT_PUBLISHED", static_cast<int>(BakeFootpoint::published));
   add("FOOTPOINT_CENTRE", static_cast<int>(BakeFootpoint::centre));
+  add("FOOTPOINT", static_cast<int>(footpoint));
   text += fmt::format("#define RAISING_GUARD {:.9f}\n", kRaisingGuard);
+  text += fmt::format("#define MIRROR_ERROR {:.17g}lf\n", kMirrorError);
   text += fmt::format("#define CUT_SHORT {:.1f}\n", kCutShort);
   if (device.has_doubles) text += "#define HAS_DOUBLES\n";
   return text;
@@ -147,6 +150,13 @@ BakeLevels quad_levels(int width, int height) {
   }
 }
 
+BakeLevels chain_levels(int width, int height) {
+  BakeLevels all;
+  for (int level = 0; level == 0 || std::max(width, height) >> level > 0; ++level)
+    all.add(level_side(width, level), level_side(height, level));
+  return all;
+}
+
 BakeLevels shape_levels(const Heightfield& heights, Wrap wrap) {
   const int border = wrap == Wrap::clamp ? 1 : 0;
   BakeLevels all;
@@ -161,6 +171,12 @@ BakeLevels shape_levels(const Heightfield& heights, Wrap wrap) {
 std::vector<std::byte> search_block(const BakeRequest& request, const BakeGrid& grid, const BakeSearch& search,
                                     const BakeLevels& levels, int layers) {
   return bake_block(head_of(request, grid, search, levels, layers), levels);
+}
+
+std::vector<std::byte> chain_block(const BakeRequest& request, const BakeLevels& levels, int layers, bool is_of_cells) {
+  BakeHead head = head_of(request, map_grid(request), {}, levels, layers);
+  head.is_of_cells = is_of_cells ? 1 : 0;
+  return bake_block(head, levels);
 }
 
 std::vector<std::byte> radius_block(const BakeRequest& request, const BakeLevels& levels) {

@@ -16,7 +16,12 @@ namespace reliefbench {
 inline constexpr int kGroupSide = 8;  // texels
 
 /// Which texel of a node the quick bakers measure the distance to.
-enum class BakeFootpoint : std::int32_t { nearest, unvisited, centre };
+enum class BakeFootpoint : std::int32_t {
+  nearest,
+  unvisited,
+  published,  ///< as unvisited, but for two corners
+  centre
+};
 
 /// Texels or packets of the first grid of bake_ray.glsl from one to the next.
 inline constexpr int kWidestStride = 8;
@@ -81,6 +86,9 @@ struct BakeLevels {
 /// Nodes of such a level along a side of the map.
 [[nodiscard]] constexpr int nodes_at(int side, int level) { return ((side - 1) >> level) + 1; }
 
+/// Of a mip chain, from level 0 on.
+[[nodiscard]] BakeLevels chain_levels(int width, int height);
+
 /// Of shapes, from level 0 on: bake_shape.glsl.
 [[nodiscard]] BakeLevels shape_levels(const Heightfield& heights, Wrap wrap);
 inline constexpr std::size_t kShapeBytes = 6 * sizeof(double);
@@ -89,11 +97,14 @@ inline constexpr std::size_t kShapeBytes = 6 * sizeof(double);
 inline constexpr std::size_t kSearchBytes = 8 * sizeof(std::int32_t);
 
 /// Constants that the shaders share with the C++ side, as GLSL: bake_contract.glsl.
-[[nodiscard]] std::string bake_contract(BakeDevice device);
+[[nodiscard]] std::string bake_contract(BakeDevice device, BakeFootpoint footpoint);
 
 /// Bytes of the Bake block of a search on quads.
 [[nodiscard]] std::vector<std::byte> search_block(const BakeRequest& request, const BakeGrid& grid,
                                                   const BakeSearch& search, const BakeLevels& levels, int layers);
+/// Of a mip chain: bake_levels.comp.
+[[nodiscard]] std::vector<std::byte> chain_block(const BakeRequest& request, const BakeLevels& levels, int layers,
+                                                 bool is_of_cells);
 /// And of the search for radii, on shapes.
 [[nodiscard]] std::vector<std::byte> radius_block(const BakeRequest& request, const BakeLevels& levels);
 

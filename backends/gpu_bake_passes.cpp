@@ -8,6 +8,7 @@
 #include "kernels/maps/cell_map.h"
 #include "kernels/maps/certified_cones.h"
 #include "kernels/maps/cone_bounds.h"
+#include "kernels/maps/solid_map.h"
 
 namespace reliefbench {
 namespace {
@@ -44,18 +45,26 @@ std::vector<PointWeight> weights_of(Subdivision by) {
 }  // namespace
 
 int buffers_of(std::string_view shader) {
-  if (shader == kMinimumShader || shader == kRefineShader || shader == kLimitsShader || shader == kCornersShader)
+  if (shader == kMinimumShader || shader == kRefineShader || shader == kLimitsShader || shader == kCornersShader ||
+      shader == kLevelsShader)
     return 3;
   if (shader == kWalkShader) return 6;
   if (shader == kWalkPacketsShader) return 7;
-  return shader == kWedgeShader ? 5 : 4;
+  return shader == kWedgeShader || shader == kPackShader ? 5 : 4;
 }
 
 BakePasses::BakePasses(const Pipelines& pipelines, const BakeRequest& request, const Fit& fit)
     : pipelines_(pipelines),
       request_(request),
       fit_(fit),
-      own_(make_grid(map_grid(request), std::as_bytes(std::span(request.heights.texels)))) {}
+      own_(make_grid(map_grid(request), surfaces(request.heights))) {}
+
+std::span<const std::byte> BakePasses::surfaces(const Heightfield& heights) {
+  if (!heights.is_solid()) return std::as_bytes(std::span(heights.texels));
+  std::vector<float> both = heights.texels;
+  both.insert(both.end(), heights.floors.begin(), heights.floors.end());
+  return contents_.emplace_back(bytes_of(both));
+}
 
 int BakePasses::add_search(Grid& on, const BakeSearch& search) {
   if (search.wedges == nullptr) return add_search(on, search, {}, request_.correction);
@@ -151,6 +160,38 @@ int BakePasses::add_minimum(int ratios) {
   return least;
 }
 
+int BakePasses::add_corrected(int ratios) {
+  const bool is_least = request_.correction == Correction::min3x3 || request_.correction == Correction::safe;
+  return is_least ? add_minimum(ratios) : ratios;
+}
+
+int BakePasses::add_double_cone(const BakeSearch& search) {
+  const int up = add_corrected(add_search(search));
+  contents_.push_back(bytes_of(mirrored_floors(request_.heights).texels));
+  Grid below = make_grid(own_.grid, contents_.back());
+  const int down = add_corrected(add_search(below, search));
+  const int both = add_buffer(2 * own_.grid.points() * sizeof(float));
+  add_pass(own_.grid, "correction", kDoubleConeShader, {own_.head, up, down, both});
+  return both;
+}
+
+int BakePasses::add_chain(bool is_of_cells) {
+  const BakeLevels levels = chain_levels(own_.grid.width, own_.grid.height);
+  layers_ = request_.heights.is_solid() ? 2 : 1;
+  const int nodes =
+      add_buffer(static_cast<std::size_t>(layers_) * static_cast<std::size_t>(levels.nodes) * sizeof(float));
+  const std::vector<int> buffers{add_buffer(chain_block(request_, levels, layers_, is_of_cells)), own_.heights, nodes};
+  for (int level = 0; level < static_cast<int>(levels.levels.size()); ++level)
+    job_.passes.push_back({.part = "pyramid",
+                           .pipeline = pipeline(kLevelsShader),
+                           .buffers = buffers,
+                           .groups_x = groups(level_side(own_.grid.width, level)),
+                           .groups_y = groups(level_side(own_.grid.height, level)),
+                           .groups_z = layers_,
+                           .argument = level});
+  return nodes;
+}
+
 int BakePasses::add_certified(const BakeSearch& search) {
   const int of_texels = add_search(search);
   const Subdivision by = certified_points(request_.heights);
@@ -194,13 +235,33 @@ int BakePasses::add_radii() {
                            .argument = static_cast<int>(level)});
   }
   add_pass(own_.grid, "search", kRadiusShader, buffers).may_be_long = may_be_long(own_.grid);
-  return request_.correction == Correction::none ? radii : add_minimum(radii);
+  return add_corrected(radii);
 }
 
 int BakePasses::add_safety_shape(int ratios, int radii) {
   const int both = add_buffer(2 * std::span(request_.heights.texels).size_bytes());
   add_pass(own_.grid, "pack", kSafetyShapeShader, {own_.head, ratios, radii, both});
   return both;
+}
+
+int BakePasses::add_packed(int values, const PackPlan& plan) {
+  constexpr int kGroupsAcross = 1024;  // of those that have no place
+  constexpr int kOfGroup = kGroupSide * kGroupSide;
+  const int head = add_buffer(search_block(request_, own_.grid, {}, own_.levels, 1));
+  const int words = add_buffer(static_cast<std::size_t>(plan.words) * sizeof(std::uint32_t));
+  const auto add = [&](const BakePack& pack, int invocations, int argument) {
+    const int count = (invocations + kOfGroup - 1) / kOfGroup;
+    const int across = std::min(count, kGroupsAcross);
+    job_.passes.push_back({.part = "pack",
+                           .pipeline = pipeline(kPackShader),
+                           .buffers = {head, add_buffer(bytes_of(std::vector{pack})), own_.heights, values, words},
+                           .groups_x = across,
+                           .groups_y = (count + across - 1) / across,
+                           .argument = argument});
+  };
+  add(plan.textures.front(), 1, kClearFlag);
+  for (const BakePack& pack : plan.textures) add(pack, pack_invocations(pack), 0);
+  return words;
 }
 
 ComputeJob BakePasses::job(int result) const {
@@ -210,7 +271,7 @@ ComputeJob BakePasses::job(int result) const {
 }
 
 BakePasses::Grid BakePasses::make_grid(const BakeGrid& grid, std::span<const std::byte> heights) {
-  const int place = add_buffer(grid.points() * sizeof(float));
+  const int place = add_buffer(std::max(grid.points() * sizeof(float), heights.size()));
   job_.buffers.back().contents = heights;
   return {.grid = grid, .levels = quad_levels(grid.width, grid.height), .heights = place};
 }

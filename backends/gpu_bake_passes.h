@@ -9,6 +9,7 @@
 
 #include "backends/backend.h"
 #include "backends/gpu_bake_buffer.h"
+#include "backends/gpu_bake_pack.h"
 #include "backends/gpu_bake_wedge.h"
 
 namespace reliefbench {
@@ -24,6 +25,9 @@ inline constexpr std::string_view kMinimumShader = "bake_min3x3";
 inline constexpr std::string_view kShapesShader = "bake_shapes";
 inline constexpr std::string_view kRadiusShader = "bake_radius";
 inline constexpr std::string_view kSafetyShapeShader = "bake_safety_shape";
+inline constexpr std::string_view kLevelsShader = "bake_levels";
+inline constexpr std::string_view kDoubleConeShader = "bake_double_cone";
+inline constexpr std::string_view kPackShader = "bake_pack";
 inline constexpr std::string_view kRefineShader = "bake_refine";
 inline constexpr std::string_view kBoundsShader = "bake_bounds";
 inline constexpr std::string_view kLimitsShader = "bake_limits";
@@ -51,11 +55,19 @@ class BakePasses {
   int add_cells(const BakeSearch& search);
   int add_mean(int first, int second);
   int add_minimum(int ratios);
+  /// As the request's correction leaves them.
+  int add_corrected(int ratios);
+  /// Cones over the tops and under the floors, corrected.
+  int add_double_cone(const BakeSearch& search);
+  /// A mip chain; of a solid one of tops, then one of floors.
+  int add_chain(bool is_of_cells);
   /// certified_cones. request: of the correction `safe`, as its searches are
   int add_certified(const BakeSearch& search);
   /// Radii, as their own minimum leaves them.
   int add_radii();
   int add_safety_shape(int ratios, int radii);
+  /// returns: the buffer of all textures
+  int add_packed(int values, const PackPlan& plan);
 
   /// The whole, for what is in one of its buffers. The passes' contents live as long as this.
   [[nodiscard]] ComputeJob job(int result) const;
@@ -68,6 +80,8 @@ class BakePasses {
     int head = 0;  ///< of any search on it: all know its size, wrap and correction
   };
 
+  /// Tops and, of a solid, floors.
+  std::span<const std::byte> surfaces(const Heightfield& heights);
   int add_search(Grid& grid, const BakeSearch& search);
   /// wedges: of the layers; none: all directions have one cone. metric: by which correction distances count
   int add_search(Grid& grid, const BakeSearch& search, const std::vector<BakeWedge>& wedges, Correction metric);
@@ -75,7 +89,7 @@ class BakePasses {
   int add_head(const Grid& grid, const BakeSearch& search, Correction metric);
   void add_search_pass(const BakeGrid& grid, const BakeSearch& search, std::vector<int> buffers);
   void add_walks(const BakeGrid& grid, const BakeSearch& search, std::vector<int> buffers);
-  /// heights: none: a pass makes them
+  /// heights: none: a pass makes them; there may be more than the grid has points
   Grid make_grid(const BakeGrid& grid, std::span<const std::byte> heights);
   [[nodiscard]] bool may_be_long(const BakeGrid& grid) const;
   /// Over all points of the grid, in each layer.

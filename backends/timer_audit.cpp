@@ -160,17 +160,18 @@ void add_attempt(const Load& load, const std::array<const Pipeline*, 2>& single_
   }
 }
 
-}  // namespace
+bool is_part_clock(Timer timer) { return timer == Timer::gl_timestamp || timer == Timer::vk_timestamp; }
 
-std::vector<TimerAudit> audit_timers(Backend& backend, Dialect dialect, bool by_compute) {
+std::vector<TimerAudit> audit_of(const std::vector<Timer>& audited, Backend& backend, Dialect dialect,
+                                 bool by_compute) {
   const Load load(backend, dialect, by_compute);
   Work work = calibrate(load);
   auto single = load.pipeline(work.steps);
   auto twice = load.pipeline(2 * work.steps);
 
   std::vector<Audited> timers;
-  timers.reserve(backend.device().timers.size());
-  for (const Timer timer : backend.device().timers) timers.push_back({.timer = timer});
+  timers.reserve(audited.size());
+  for (const Timer timer : audited) timers.push_back({.timer = timer});
   // A timer that agrees with the wall clock but does not double was disturbed, not lying, and one that nearly agrees
   // may have been: it is measured again, and where it is the wall clock itself (which always agrees), so are all that
   // were judged by it.
@@ -205,6 +206,28 @@ std::vector<TimerAudit> audit_timers(Backend& backend, Dialect dialect, bool by_
     audit.reason = "the fenced wall clock that it is judged by is not valid";
   }
   return audits;
+}
+
+}  // namespace
+
+std::vector<TimerAudit> audit_timers(Backend& backend, Dialect dialect, bool by_compute) {
+  return audit_of(backend.device().timers, backend, dialect, by_compute);
+}
+
+const TimerAudit* find_part_clock(const std::vector<TimerAudit>& audit) {
+  const auto found = std::ranges::find_if(audit, is_part_clock, &TimerAudit::timer);
+  return found == audit.end() ? nullptr : &*found;
+}
+
+std::optional<TimerAudit> audit_part_clock(Backend& backend, Dialect dialect) {
+  const std::vector<Timer>& timers = backend.device().timers;
+  const auto clock = std::ranges::find_if(timers, is_part_clock);
+  if (clock == timers.end()) return std::nullopt;
+  try {
+    return audit_of({Timer::fenced_wall, *clock}, backend, dialect, true).back();
+  } catch (const Error& error) {
+    return TimerAudit{.timer = *clock, .reason = error.what()};
+  }
 }
 
 std::vector<TimerAudit> with_compute(std::vector<TimerAudit> audit, const std::vector<TimerAudit>& by_compute) {

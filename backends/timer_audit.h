@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,12 @@ struct TimerAudit {
 /// What is left of an audit by the work of compute shaders: a timer is valid where it is so by both.
 [[nodiscard]] std::vector<TimerAudit> with_compute(std::vector<TimerAudit> audit,
                                                    const std::vector<TimerAudit>& by_compute);
+
+/// The timer that times the parts of compute jobs, among some.
+[[nodiscard]] const TimerAudit* find_part_clock(const std::vector<TimerAudit>& audit);
+/// What is found of that one by work of compute shaders; none: the device has no such clock. A device that cannot draw
+/// the work has one that is not valid.
+[[nodiscard]] std::optional<TimerAudit> audit_part_clock(Backend& backend, Dialect dialect);
 
 /// The timer to measure with: the first valid device timer, else the fenced wall clock.
 /// throws: Error(environment) when not even the wall clock is valid

@@ -149,7 +149,7 @@ TEST_P(ClaimsOnDevicesAudit, numbers_come_from_the_run) {
   EXPECT_EQ(out[0]["rows"][0]["paper"]["frame_time"], 1);
 }
 
-constexpr const char* kNoBaker = "cone?map=quick_published&correction=none&format=rg16&step=plain";
+constexpr const char* kNoBaker = "distance";
 constexpr const char* kBakeBound = R"({"says": "s", "metric": "bake_time", "of": "cones", "at_most": 3})";
 constexpr const char* kBakeLess = R"({"says": "s", "metric": "bake_time", "of": "cones", "than": "few"})";
 
@@ -171,19 +171,20 @@ TEST_P(ClaimsOnDevicesAudit, hardware_bakes_what_is_timed_by_itself) {
   hardware.tell_times([](int nth) {  // the first warms up
     return std::vector<ComputeTime>{{.part = "upload", .ns = 50e6},
                                     {.part = "search", .ns = nth == 0 ? 1e9 : nth * 1e6 - 0.5e6},
-                                    {.part = "correction", .ns = 0.5e6},
+                                    {.part = "pack", .ns = 0.5e6},
                                     {.part = "read_back", .ns = 70e6}};
   });
   const std::vector<ClaimResult> results = claims_run_on(hardware, claims, std::string(row().id));
-  EXPECT_EQ(hardware.calls(FaultyDevices::compute), 6);
+  EXPECT_TRUE(hardware.had_compute_audit());
+  EXPECT_EQ(hardware.calls(FaultyDevices::compute), 7);  // the last one for the values
   const std::vector<ClaimFigures>& rows = results[0].scenes[0].rows;
   EXPECT_DOUBLE_EQ(rows[1].values.at("bake_time"), 3);
   EXPECT_FALSE(rows[0].values.contains("bake_time"));
-  EXPECT_EQ(rows[0].values.at("too_wide"), by_cpu[0].scenes[0].rows[0].values.at("too_wide"));
+  EXPECT_EQ(rows[0].values.at("e_xy.mean"), by_cpu[0].scenes[0].rows[0].values.at("e_xy.mean"));
   const std::vector<ClaimAnswer>& answers = results[0].answers;
   EXPECT_EQ(answers[0].verdict, ClaimVerdict::reproduced);
   EXPECT_EQ(answers[1].verdict, ClaimVerdict::not_testable);
-  EXPECT_EQ(answers[1].numbers, "few has no bake_time: no GPU baker for quick_published");
+  EXPECT_EQ(answers[1].numbers, "few has no bake_time: no GPU baker for distance");
   EXPECT_EQ(answers[2].verdict, ClaimVerdict::reproduced);
 
   hardware.tell_times([](int) { return std::vector<ComputeTime>(); });  // it has no clock

@@ -27,7 +27,8 @@ class FaultyDevices {
   /// What the devices say of themselves when they are asked for the n-th time, from 0.
   void tell(std::function<DeviceState(int)> state_of) { state_of_ = std::move(state_of); }
   void be_hardware() { is_hardware_ = true; }
-  /// The times of the n-th compute job, from 0.
+  /// The times of the n-th compute job, from 0. Their clock then agrees with the host's, whatever else the machine
+  /// does.
   void tell_times(std::function<std::vector<ComputeTime>(int)> times_of) { times_of_ = std::move(times_of); }
   [[nodiscard]] int states_told() const { return states_told_; }
   [[nodiscard]] bool had_compute_audit() const { return had_compute_audit_; }
@@ -63,6 +64,7 @@ class FaultyDevices {
       const int nth = devices_.calls(draw);
       const bool is_timed = enter(draw) != Fault::invalid_timer;
       BatchTime time = ForwardingBackend::render(frame, frames, timer);
+      if (devices_.times_of_ && time.device_ns) time.device_ns = time.wall_ns;
       if (!is_timed) time.wall_ns = 0;
       if (nth >= devices_.slow_from_ && nth < devices_.slow_to_) time.wall_ns *= devices_.factor_;
       return time;

@@ -5,8 +5,10 @@
 #include <functional>
 #include <limits>
 #include <numeric>
+#include <tuple>
 
 #include "kernels/maps/cone_map.h"
+#include "kernels/maps/map_storage.h"
 #include "kernels/maps/sector_map.h"
 #include "kernels/maps/verify_cones.h"
 #include "tests/backend_rig.h"
@@ -40,6 +42,14 @@ void expect_same_bits(const std::vector<float>& found, const std::vector<float>&
                                   << ", expected " << expected[worst];
 }
 
+/// Heights as they are or, for a kind that needs them, with floors, here and there above the tops.
+Heightfield heights_for(MapKind kind, Heightfield heights) {
+  if (!find_map(kind).is_solid) return heights;
+  for (std::size_t i = 0; i < heights.texels.size(); ++i)
+    heights.floors.push_back(i % 7 < 2 ? 1.0F : heights.texels[i] * lattice_noise(static_cast<int>(i), 3, 1));
+  return heights;
+}
+
 void expect_cpu_bits(const GpuBaker& baker, MapKind kind, const BakeRequest& request) {
   expect_same_bits(baker.bake(request).values, find_map(kind).bake(request));
 }
@@ -53,7 +63,7 @@ TEST_P(GpuBakeTest, every_baker_has_the_bits_of_the_cpu) {
           for (const Wrap wrap : {Wrap::repeat, Wrap::clamp}) {
             SCOPED_TRACE(
                 fmt::format("{} {} {}x{} wrap {}", find_map(kind).id, map.id, width, height, static_cast<int>(wrap)));
-            const Heightfield heights = map.make(width, height);
+            const Heightfield heights = heights_for(kind, map.make(width, height));
             expect_cpu_bits(gpu, kind, {.heights = heights, .wrap = wrap, .threads = 1});
           }
     }
@@ -62,9 +72,9 @@ TEST_P(GpuBakeTest, every_baker_has_the_bits_of_the_cpu) {
 
 TEST_P(GpuBakeTest, every_correction_and_an_unbounded_ratio_have_the_bits_of_the_cpu) {
   on_every_device([](Rig& rig) {
-    const Heightfield heights = bricks_map(21, 24);
-    const Heightfield long_map = noise_map(24, 9);  // `safe` has another rule there
     for (const MapKind kind : gpu_bakers()) {
+      const Heightfield heights = heights_for(kind, bricks_map(21, 24));
+      const Heightfield long_map = heights_for(kind, noise_map(24, 9));  // `safe` has another rule there
       const GpuBaker gpu = baker(rig, kind);
       for (const Correction correction : find_map(kind).corrections)
         for (const float max_ratio : {1.0F, kUnboundedRatio}) {
@@ -145,7 +155,7 @@ TEST_P(GpuBakeTest, every_count_of_sectors_has_the_bits_of_the_cpu) {
 TEST_P(GpuBakeTest, a_map_of_several_dispatches_has_the_bits_of_the_cpu) {
   on_every_device([](Rig& rig) {
     const Heightfield heights = fbm_map(521, 514);  // sides over 2^9: a deep pyramid, most of its last nodes outside
-    for (const MapKind kind : {MapKind::conservative, MapKind::quick})
+    for (const MapKind kind : {MapKind::conservative, MapKind::quick, MapKind::max_mip})
       expect_cpu_bits(baker(rig, kind), kind, {.heights = heights});
   });
 }
@@ -154,8 +164,9 @@ TEST_P(GpuBakeTest, without_doubles_no_ratio_is_above_the_cpus_and_none_far_unde
   on_every_device([](Rig& rig) {
     const Heightfield bricks = bricks_map(48, 48);
     const Heightfield long_map = fbm_map(96, 64);  // 1.5 times as long as wide: most of a distance is slack
-    for (const MapKind kind : {MapKind::conservative, MapKind::relaxed, MapKind::hybrid, MapKind::quick,
-                               MapKind::quick_centre, MapKind::quad, MapKind::sector, MapKind::cell}) {
+    for (const MapKind kind :
+         {MapKind::conservative, MapKind::relaxed, MapKind::hybrid, MapKind::quick, MapKind::quick_published,
+          MapKind::quick_centre, MapKind::quad, MapKind::sector, MapKind::cell}) {
       const GpuBaker gpu(*rig.backend, rig.row.dialect, kind, BakeDevice{.has_doubles = false});
       for (const Heightfield* heights : {&bricks, &long_map})
         for (const Correction correction : find_map(kind).corrections) {
@@ -210,6 +221,94 @@ TEST_P(GpuBakeTest, without_doubles_certified_cones_hold_and_are_as_wide) {
   });
 }
 
+/// The CPU's bytes.
+void expect_cpu_textures(const GpuBaker& baker, const MapStorage& storage, const Heightfield& heights, Wrap wrap) {
+  const Heightfield stored = quantise_heights(heights, storage.format.type);
+  const BakeRequest request{
+      .heights = stored, .wrap = wrap, .correction = storage.correction, .max_ratio = storage.max_ratio, .threads = 1};
+  const std::vector<float> values = storage.map.bake(request);
+  const MapTextures expected = pack_map({.map = storage.map, .heights = stored, .values = values, .wrap = wrap},
+                                        storage.format, storage.encoding);
+  const GpuBake bake = baker.bake(request);
+  ASSERT_TRUE(bake.textures);
+  const auto expect_same = [](const TextureImage& found, const TextureImage& wanted) {
+    EXPECT_EQ(std::tie(found.width, found.height, found.layout, found.levels),
+              std::tie(wanted.width, wanted.height, wanted.layout, wanted.levels));
+    EXPECT_TRUE(found.texels == wanted.texels);
+  };
+  expect_same(bake.textures->relief, expected.relief);
+  ASSERT_EQ(bake.textures->extra.has_value(), expected.extra.has_value());
+  if (expected.extra) expect_same(*bake.textures->extra, *expected.extra);
+}
+
+GpuBaker packing_baker(const Rig& rig, const MapStorage& storage) {
+  return {*rig.backend, rig.row.dialect, storage.map.kind,
+          BakePacking{.format = storage.format, .encoding = storage.encoding}};
+}
+
+TEST_P(GpuBakeTest, packed_maps_have_the_bytes_of_the_cpu_in_every_format_and_encoding) {
+  on_every_device([](Rig& rig) {
+    const MapRow& map = find_map(MapKind::quick);
+    const Heightfield heights = bricks_map(13, 9);  // texels are no whole number of words
+    for (const Format& format : formats())
+      for (const Encoding& encoding : encodings()) {
+        MapStorage storage{.map = map, .format = format, .encoding = encoding};
+        if (is_of_blocks(format.type) || !conflict(storage).empty()) continue;
+        const GpuBaker gpu = packing_baker(rig, storage);
+        for (const Correction correction : map.corrections)
+          for (const float max_ratio : {1.0F, kUnboundedRatio}) {
+            storage.correction = correction;
+            storage.max_ratio = max_ratio;
+            if (!conflict(storage).empty()) continue;
+            SCOPED_TRACE(
+                fmt::format("{} {} {} up to {}", format.id, encoding.id, correction_id(correction), max_ratio));
+            expect_cpu_textures(gpu, storage, heights, Wrap::clamp);
+          }
+      }
+  });
+}
+
+TEST_P(GpuBakeTest, every_kinds_packed_map_has_the_bytes_of_the_cpu) {
+  on_every_device([](Rig& rig) {
+    std::size_t number = 0;
+    for (const MapKind kind : gpu_bakers())
+      for (const Format& format : formats()) {
+        const MapRow& map = find_map(kind);
+        const MapStorage storage{
+            .map = map, .format = format, .encoding = find_encoding("h_tan"), .correction = map.corrections.back()};
+        const MapStorage plain{.map = map, .format = format, .encoding = find_encoding("sqrt")};
+        const MapStorage& tried = conflict(storage).empty() ? storage : plain;
+        if (is_of_blocks(format.type) || !conflict(tried).empty() || !is_tried_here(rig, number++)) continue;
+        const GpuBaker gpu = packing_baker(rig, tried);
+        for (const Wrap wrap : {Wrap::repeat, Wrap::clamp}) {
+          SCOPED_TRACE(fmt::format("{} {} wrap {}", map.id, format.id, static_cast<int>(wrap)));
+          expect_cpu_textures(gpu, tried, heights_for(kind, noise_map(11, 14)), wrap);
+        }
+      }
+    const MapStorage certified{.map = find_map(MapKind::conservative),
+                               .format = find_format("rg16"),
+                               .encoding = find_encoding("atan"),
+                               .correction = Correction::certified};
+    expect_cpu_textures(packing_baker(rig, certified), certified, fbm_map(24, 24), Wrap::repeat);
+  });
+}
+
+TEST_P(GpuBakeTest, what_a_device_cannot_pack_is_left_to_the_cpu) {
+  on_every_device([](Rig& rig) {
+    const Heightfield heights = fbm_map(16, 16);
+    const auto packs = [&](std::string_view format, BakeDevice device) {
+      const BakePacking packing{.format = find_format(format), .encoding = find_encoding("ratio")};
+      const GpuBaker gpu(*rig.backend, rig.row.dialect, MapKind::quick, device, packing);
+      const GpuBake bake = gpu.bake({.heights = heights});
+      EXPECT_EQ(bake.values.empty(), bake.textures.has_value());
+      return bake.textures.has_value();
+    };
+    EXPECT_TRUE(packs("rg8", {}));
+    EXPECT_FALSE(packs("bc5", {}));
+    EXPECT_FALSE(packs("rg8", {.has_doubles = false}));
+  });
+}
+
 TEST_P(GpuBakeTest, the_parts_of_a_bake_are_timed_in_their_order) {
   on_every_device([](Rig& rig) {
     const Heightfield heights = fbm_map(64, 64);
@@ -247,8 +346,11 @@ TEST_P(GpuBakeTest, a_search_that_the_device_cuts_short_is_an_environment_error)
     const Heightfield heights = pit_map();
     const GpuBaker gpu(*rig.backend, rig.row.dialect, MapKind::relaxed_po07, BakeDevice{.is_software = false});
     expect_cpu_bits(gpu, MapKind::relaxed_po07, {.heights = heights, .parameters = {{kSearchSteps.id, 16}}});
-    EXPECT_THAT(message_of([&] { (void)gpu.bake({.heights = heights, .parameters = {kManySteps}}); }),
-                AllOf(HasSubstr("relaxed_po07"), HasSubstr(rig.backend->device().name)));
+    const GpuBaker packing(*rig.backend, rig.row.dialect, MapKind::relaxed_po07, BakeDevice{.is_software = false},
+                           BakePacking{.format = find_format("rg8"), .encoding = find_encoding("ratio")});
+    for (const GpuBaker* one : {&gpu, &packing})
+      EXPECT_THAT(message_of([&] { (void)one->bake({.heights = heights, .parameters = {kManySteps}}); }),
+                  AllOf(HasSubstr("relaxed_po07"), HasSubstr(rig.backend->device().name)));
   });
 }
 
@@ -257,6 +359,7 @@ TEST_P(GpuBakeTest, what_the_cpu_refuses_is_refused) {
     const Heightfield line = constant_map(1, 8);
     const Heightfield heights = constant_map(4, 4);
     EXPECT_THROW((void)baker(rig, MapKind::height), Error);
+    EXPECT_THROW((void)baker(rig, MapKind::double_mip).bake({.heights = heights}), Error);  // it has no floors
     const GpuBaker gpu = baker(rig, MapKind::relaxed_po07);
     EXPECT_THROW((void)gpu.bake({.heights = line}), Error);
     EXPECT_THROW((void)gpu.bake({.heights = heights, .correction = Correction::safe}), Error);
@@ -268,8 +371,17 @@ TEST_P(GpuBakeTest, a_buffer_over_the_devices_limit_is_an_environment_error_that
   on_every_device([](Rig& rig) {
     constexpr std::size_t kHuge = std::numeric_limits<std::size_t>::max() / 4;
     const ComputeJob job{.buffers = {{.bytes = kHuge}}};
+    const bool is_vulkan = rig.row.dialect == Dialect::vulkan;
     EXPECT_THAT(message_of([&] { (void)rig.backend->compute(job); }),
-                AllOf(HasSubstr(std::to_string(kHuge)), HasSubstr(rig.backend->device().name)));
+                AllOf(HasSubstr(std::to_string(kHuge)), HasSubstr(rig.backend->device().name),
+                      HasSubstr(is_vulkan ? "(maxStorageBufferRange)" : "(GL_MAX_SHADER_STORAGE_BLOCK_SIZE)")));
+    if (!is_vulkan) return;
+    // None of them is too large, all of them are.
+    const ComputeJob many{.buffers =
+                              std::vector<ComputeBuffer>(std::size_t{1} << 20U, {.bytes = std::size_t{1} << 26U})};
+    EXPECT_THAT(message_of([&] { (void)rig.backend->compute(many); }),
+                AllOf(HasSubstr("bytes in all of a job's buffers"), HasSubstr(rig.backend->device().name),
+                      HasSubstr("(maxMemoryAllocationSize)")));
   });
 }
 

@@ -156,6 +156,12 @@ TEST_P(ShaderCompiler, every_stage_is_valid_by_the_specifications_own_validator)
     write(fmt::format("floats.{}", name), spirv);
   for (const auto& [name, spirv] : compile_baker(MapKind::relaxed_po07, GetParam(), BakeDevice{.is_software = false}))
     write(fmt::format("hardware.{}", name), spirv);
+  for (const char* format : {"rg8", "rg16f", "rg32f", "rgba8"})
+    for (const Encoding& encoding : encodings())
+      write(fmt::format("pack.{}.{}", format, encoding.id),
+            compile_baker(MapKind::quick, GetParam(), BakeDevice{},
+                          BakePacking{.format = find_format(format), .encoding = encoding})
+                .at("bake_pack"));
   const std::string command = fmt::format(
       "cd '{}' && for module in *.spv; do spirv-val --target-env {} $module || echo in $module; done >log 2>&1",
       folder.path().string(), GetParam() == Dialect::vulkan ? "vulkan1.1" : "spv1.0");

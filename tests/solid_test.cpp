@@ -292,6 +292,15 @@ TEST(SolidMaps, NodesHoldAllOfTheSolid) {
           }
           ASSERT_EQ(2 * first, nodes.size());
         }
+      // And no more than that.
+      float top = 0;
+      float floor = 1;
+      for (std::size_t i = 0; i < solid.texels.size(); ++i) {
+        top = std::max(top, nodes[2 * i]);
+        floor = std::min(floor, nodes[2 * i + 1]);
+      }
+      EXPECT_EQ(nodes[nodes.size() - 2], top) << one.name;
+      EXPECT_EQ(nodes.back(), floor) << one.name;
     }
 }
 

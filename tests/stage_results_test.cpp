@@ -121,7 +121,7 @@ TEST(StageResults, change_only_with_their_stages_version) {
   const std::map<std::string, std::string> known = {{"bake.conservative 2", "58e230021a94"},
                                                     {"bake.distance 1", "cf15f55a8744"},
                                                     {"bake.double_cone 1", "357d10a853b4"},
-                                                    {"bake.double_mip 1", "9f40150fdfc1"},
+                                                    {"bake.double_mip 2", "52952e383c2b"},
                                                     {"bake.hybrid 1", "bf9297445a2d"},
                                                     {"bake.max_mip 1", "5760accbfaab"},
                                                     {"bake.omni 1", "5b7c7b404ac8"},

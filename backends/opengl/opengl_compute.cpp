@@ -11,14 +11,19 @@
 namespace reliefbench {
 namespace {
 
+/// throws: Error(environment) if so much of what it limits is too much
+void check_limit(std::string_view what, std::size_t wanted, std::string_view name, GLenum limit) {
+  GLint64 most = 0;
+  glGetInteger64v(limit, &most);
+  if (wanted > static_cast<std::size_t>(most))
+    fail_environment("OpenGL: a buffer of {} {}; {} takes {} ({})", wanted, what,
+                     reinterpret_cast<const char*>(glGetString(GL_RENDERER)), most, name);
+}
+
 class BufferOnDevice {
  public:
   BufferOnDevice(const EglContext& context, std::size_t bytes) : context_(context), bytes_(bytes) {
-    GLint64 limit = 0;
-    glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &limit);
-    if (bytes > static_cast<std::size_t>(limit))
-      fail_environment("OpenGL: a buffer of {} bytes; {} takes {}", bytes,
-                       reinterpret_cast<const char*>(glGetString(GL_RENDERER)), limit);
+    check_limit("bytes", bytes, "GL_MAX_SHADER_STORAGE_BLOCK_SIZE", GL_MAX_SHADER_STORAGE_BLOCK_SIZE);
     glCreateBuffers(1, &id_);
     glNamedBufferStorage(id_, static_cast<GLsizeiptr>(bytes), nullptr, GL_DYNAMIC_STORAGE_BIT);
   }
@@ -43,12 +48,7 @@ class BufferOnDevice {
  private:
   GLuint texels() {
     if (texels_ != 0) return texels_;
-    GLint limit = 0;
-    glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &limit);
-    const std::size_t texels = bytes_ / kBufferTexelBytes;
-    if (texels > static_cast<std::size_t>(limit))
-      fail_environment("OpenGL: a buffer of {} texels; {} takes {}", texels,
-                       reinterpret_cast<const char*>(glGetString(GL_RENDERER)), limit);
+    check_limit("texels", bytes_ / kBufferTexelBytes, "GL_MAX_TEXTURE_BUFFER_SIZE", GL_MAX_TEXTURE_BUFFER_SIZE);
     glCreateTextures(GL_TEXTURE_BUFFER, 1, &texels_);
     glTextureBuffer(texels_, GL_RGBA32F, id_);
     return texels_;

@@ -9,8 +9,10 @@
 
 namespace reliefbench {
 
-void fail_limit(const VulkanDevice& device, std::string_view what, std::size_t wanted, std::uint32_t limit) {
-  fail_environment("vulkan: {} {}; {} takes {}", wanted, what, device.physical().properties.deviceName, limit);
+void check_limit(const VulkanDevice& device, std::string_view what, std::size_t wanted, const DeviceLimit& limit) {
+  if (wanted > limit.most)
+    fail_environment("vulkan: {} {}; {} takes {} ({})", wanted, what, device.physical().properties.deviceName,
+                     limit.most, limit.name);
 }
 
 namespace {
@@ -25,9 +27,10 @@ VkDescriptorType descriptor_of(BufferView view) {
 VulkanCompute::VulkanCompute(const VulkanDevice& device, const ComputeDesc& desc) {
   for (const BufferView view : buffer_views(desc.spirv, kFirstBufferBinding + desc.buffers))
     bindings_.push_back(descriptor_of(view));
-  const std::uint32_t limit = device.physical().properties.limits.maxPerStageDescriptorStorageBuffers;
   const auto storage = static_cast<std::size_t>(std::ranges::count(bindings_, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER));
-  if (storage > limit) fail_limit(device, "storage buffers in a shader", storage, limit);
+  check_limit(
+      device, "storage buffers in a shader", storage,
+      {"maxPerStageDescriptorStorageBuffers", device.physical().properties.limits.maxPerStageDescriptorStorageBuffers});
   std::vector<VkDescriptorSetLayoutBinding> bindings;
   bindings.reserve(bindings_.size());
   for (const VkDescriptorType type : bindings_)

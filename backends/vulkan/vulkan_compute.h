@@ -24,7 +24,11 @@ class VulkanCompute final : public Pipeline {
   PipelineHandles handles_;
 };
 
-[[noreturn]] void fail_limit(const VulkanDevice& device, std::string_view what, std::size_t wanted,
-                             std::uint32_t limit);
+struct DeviceLimit {
+  std::string_view name;  ///< the API's
+  std::size_t most;
+};
+/// throws: Error(environment) if so much of what it limits is too much
+void check_limit(const VulkanDevice& device, std::string_view what, std::size_t wanted, const DeviceLimit& limit);
 
 }  // namespace reliefbench

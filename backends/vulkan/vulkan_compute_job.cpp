@@ -38,13 +38,15 @@ const VulkanCompute& pipeline_of(const ComputePass& pass) {
 
 /// Where the buffers begin in one that holds them all; its size last.
 std::vector<VkDeviceSize> offsets_of(const VulkanDevice& device, const std::vector<ComputeBuffer>& buffers) {
-  const std::uint32_t limit = device.physical().properties.limits.maxStorageBufferRange;
+  const DeviceLimit limit{"maxStorageBufferRange", device.physical().properties.limits.maxStorageBufferRange};
   std::vector<VkDeviceSize> offsets{0};
   for (const ComputeBuffer& buffer : buffers) {
     assert(buffer.contents.empty() || buffer.contents.size() == buffer.bytes);
-    if (buffer.bytes > limit) fail_limit(device, "bytes in a buffer", buffer.bytes, limit);
+    check_limit(device, "bytes in a buffer", buffer.bytes, limit);
     offsets.push_back(offsets.back() + (buffer.bytes + kStride - 1) / kStride * kStride);
   }
+  check_limit(device, "bytes in all of a job's buffers", offsets.back(),
+              {"maxMemoryAllocationSize", device.physical().most_memory});
   return offsets;
 }
 
@@ -125,9 +127,8 @@ void VulkanComputeJob::bind(VkDescriptorSet set, int binding, const VulkanComput
 }
 
 VkBufferView VulkanComputeJob::texel_view(const VkDescriptorBufferInfo& buffer) {
-  const std::uint32_t limit = device_.physical().properties.limits.maxTexelBufferElements;
-  const std::size_t texels = buffer.range / kBufferTexelBytes;
-  if (texels > limit) fail_limit(device_, "texels in a buffer", texels, limit);
+  check_limit(device_, "texels in a buffer", buffer.range / kBufferTexelBytes,
+              {"maxTexelBufferElements", device_.physical().properties.limits.maxTexelBufferElements});
   const VkBufferViewCreateInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO,
                                     .buffer = buffer.buffer,
                                     .format = VK_FORMAT_R32G32B32A32_SFLOAT,

@@ -69,6 +69,10 @@ std::optional<PhysicalDevice> usable(VkPhysicalDevice handle) {
   vkGetPhysicalDeviceProperties(handle, &physical.properties);
   if (physical.properties.apiVersion < VK_API_VERSION_1_2) return std::nullopt;
   vkGetPhysicalDeviceFeatures(handle, &physical.features);
+  VkPhysicalDeviceMaintenance3Properties memory{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MAINTENANCE_3_PROPERTIES};
+  VkPhysicalDeviceProperties2 query{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &memory};
+  vkGetPhysicalDeviceProperties2(handle, &query);
+  physical.most_memory = memory.maxMemoryAllocationSize;
   std::uint32_t count = 0;
   vkGetPhysicalDeviceQueueFamilyProperties(handle, &count, nullptr);
   std::vector<VkQueueFamilyProperties> families(count);

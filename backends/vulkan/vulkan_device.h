@@ -58,6 +58,7 @@ struct PhysicalDevice {
   VkPhysicalDeviceProperties properties;
   std::uint32_t queue_family;
   std::uint32_t timestamp_bits;  ///< 0: no timestamps
+  VkDeviceSize most_memory;      ///< maxMemoryAllocationSize
   VkPhysicalDeviceFeatures features;
 };
 /// The feature that a device's textures of a type need.

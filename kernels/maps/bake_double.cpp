@@ -11,11 +11,6 @@
 #include "kernels/maps/solid_map.h"
 
 namespace reliefbench {
-namespace {
-
-constexpr double kMirrorError = 0x1p-24;  // of a difference of two mirrored floors
-
-}  // namespace
 
 void check_solid(const Heightfield& heights) {
   check_bakeable(heights);

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <bit>
+#include <limits>
 
 #include "kernels/maps/pyramid_map.h"
 
@@ -23,7 +24,8 @@ std::vector<float> maximum_levels(std::vector<float> level_0, int width, int hei
   Level below{.begin = 0, .width = width, .height = height};
   for (int n = 1; n < levels; ++n) {
     const Level level{.begin = values.size(), .width = level_side(width, n), .height = level_side(height, n)};
-    values.resize(values.size() + static_cast<std::size_t>(level.width) * static_cast<std::size_t>(level.height), 0);
+    values.resize(values.size() + static_cast<std::size_t>(level.width) * static_cast<std::size_t>(level.height),
+                  std::numeric_limits<float>::lowest());
     for (int y = 0; y < below.height; ++y) {
       for (int x = 0; x < below.width; ++x) {
         float& parent = values[level.at(std::min(x / 2, level.width - 1), std::min(y / 2, level.height - 1))];

@@ -242,7 +242,7 @@ constexpr std::array kMaps{
            .corrections = kNone,
            .is_solid = true,
            .bake = bake_double_mip,
-           .version = 1},
+           .version = 2},
     MapRow{.kind = MapKind::sector,
            .id = "sector",
            .description = "a conservative cone for each of 4, 8 or 16 sectors of directions; height and ratio of a "

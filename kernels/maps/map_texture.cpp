@@ -146,44 +146,40 @@ void write_mips(MapTextures& textures, const MapSource& source, const RatioLayou
 }
 
 /// Maxima of stored heights are stored heights: nothing is rounded.
-TextureImage packed_pyramid(const MapSource& source, const TexelLayout& layout) {
-  const auto& [map, heights, values, wrap, depth, mips, parameters] = source;
-  TextureImage image = blank(heights.width, heights.height, layout, chain_length(heights));
-  const auto channels = static_cast<std::size_t>(layout.channels);
-  assert(values.size() * static_cast<std::size_t>(layout.bytes()) == image.texels.size() * channels);
+void write_pyramid(TextureImage& image, std::span<const float> values) {
+  const auto channels = static_cast<std::size_t>(image.layout.channels);
+  assert(values.size() * static_cast<std::size_t>(image.layout.bytes()) == image.texels.size() * channels);
   for (std::size_t i = 0; i < values.size(); ++i)
-    write_code(image, i / channels, static_cast<int>(i % channels), nearest_code(values[i], layout.type));
-  return image;
+    write_code(image, i / channels, static_cast<int>(i % channels), nearest_code(values[i], image.layout.type));
+}
+
+/// The slices of a volume.
+VolumeAtlas atlas_of(const MapSource& source) {
+  const auto slices = static_cast<int>(source.values.size() / source.heights.texels.size());
+  return {slices, source.heights.width, source.heights.height};
 }
 
 /// As VolumeAtlas lays the slices out; distances are rounded down.
-TextureImage packed_volume(const MapSource& source, const TexelLayout& layout) {
+void write_volume(TextureImage& image, const MapSource& source) {
   const auto width = static_cast<std::size_t>(source.heights.width);
   const auto height = static_cast<std::size_t>(source.heights.height);
   const std::size_t lines = source.values.size() / width;  // of all slices
-  const VolumeAtlas atlas(static_cast<int>(lines / height), source.heights.width, source.heights.height);
-  TextureImage image = blank(atlas.columns * source.heights.width, atlas.rows * source.heights.height, layout);
-  const auto columns = static_cast<std::size_t>(atlas.columns);
+  const auto columns = static_cast<std::size_t>(atlas_of(source).columns);
   parallel_for(static_cast<int>(lines), 0, [&](int line) {
     const auto [slice, y] = std::pair(static_cast<std::size_t>(line) / height, static_cast<std::size_t>(line) % height);
     const std::size_t first = ((slice / columns * height + y) * columns + slice % columns) * width;
     for (std::size_t x = 0; x < width; ++x) {
       const float value = source.values[static_cast<std::size_t>(line) * width + x];
-      const std::uint32_t code = nearest_code(value, layout.type);
-      write_code(image, first + x, 0, value_of(code, layout.type) > value ? code - 1 : code);
+      const std::uint32_t code = nearest_code(value, image.layout.type);
+      write_code(image, first + x, 0, value_of(code, image.layout.type) > value ? code - 1 : code);
     }
   });
-  return image;
 }
 
 /// Hits are rounded to the nearest.
-TextureImage packed_table(const MapSource& source, const TexelLayout& layout) {
-  const OmniTable table(source.parameters);
-  TextureImage image = blank(table.width(), table.height(), layout);
-  assert(source.values.size() * static_cast<std::size_t>(layout.bytes()) == image.texels.size());
-  for (std::size_t i = 0; i < source.values.size(); ++i)
-    write_code(image, i, 0, nearest_code(source.values[i], layout.type));
-  return image;
+void write_table(TextureImage& image, std::span<const float> values) {
+  assert(values.size() * static_cast<std::size_t>(image.layout.bytes()) == image.texels.size());
+  for (std::size_t i = 0; i < values.size(); ++i) write_code(image, i, 0, nearest_code(values[i], image.layout.type));
 }
 
 /// Column and row of a layer's first texel in the atlas, inside its border.
@@ -195,12 +191,12 @@ LayerPlace place_of_layer(const SectorAtlas& atlas, int layer, int width, int he
 }
 
 /// Every layer with its border.
-TextureImage packed_sectors(const MapSource& source, const Format& format, const Encoding& encoding) {
+void write_sectors(TextureImage& image, const MapSource& source, const Encoding& encoding) {
   const Heightfield& heights = source.heights;
   const std::vector<float> apexes = source.map.is_of_cells ? cell_tops(heights, source.wrap, 0) : heights.texels;
   const int count = sector_count(source.parameters);
   const SectorAtlas atlas(count, heights.width, heights.height);
-  TextureImage image = blank(atlas.width, atlas.height, format.relief());
+  const TexelType type = image.layout.type;
   assert(source.values.size() == heights.texels.size() * static_cast<std::size_t>(count));
   parallel_for(count * heights.height, 0, [&](int row) {
     const int layer = row / heights.height;
@@ -210,8 +206,8 @@ TextureImage packed_sectors(const MapSource& source, const Format& format, const
     for (int x = 0; x < heights.width; ++x) {
       const std::size_t texel = texel_count(heights.width, y) + static_cast<std::size_t>(x);
       const float height = apexes[texel];
-      const std::uint32_t height_code = nearest_code(height, format.type);
-      const std::uint32_t ratio_code = floor_code(ratios[texel], height, format.type, encoding);
+      const std::uint32_t height_code = nearest_code(height, type);
+      const std::uint32_t ratio_code = floor_code(ratios[texel], height, type, encoding);
       // The texel, and where it stands in for one on the other side of the border.
       for (const int j : {-1, y, heights.height}) {
         if (wrapped(j, heights.height, source.wrap) != y) continue;
@@ -224,7 +220,6 @@ TextureImage packed_sectors(const MapSource& source, const Format& format, const
       }
     }
   });
-  return image;
 }
 
 /// One layer of an atlas, without its border.
@@ -266,17 +261,37 @@ MapTextures pack_heights(const Heightfield& heights, const Format& format) {
 
 namespace {
 
+/// The texture beside the relief, where there is one, of zeros.
+std::optional<TextureImage> blank_extra(const MapSource& source, const Format& format, int levels) {
+  const auto& [width, height] = std::pair(source.heights.width, source.heights.height);
+  switch (source.map.content) {
+    case MapContent::heights:
+    case MapContent::ratios:
+      if (format.extra_channels == 0) return std::nullopt;
+      return blank(width, height, format.extra(), levels);
+    case MapContent::pyramid:
+      return blank(width, height, format.relief(), chain_length(source.heights));
+    case MapContent::volume: {
+      const VolumeAtlas atlas = atlas_of(source);
+      return blank(atlas.columns * width, atlas.rows * height, format.relief());
+    }
+    case MapContent::table: {
+      const OmniTable table(source.parameters);
+      return blank(table.width(), table.height(), format.relief());
+    }
+    case MapContent::sectors: {
+      const SectorAtlas atlas(sector_count(source.parameters), width, height);
+      return blank(atlas.width, atlas.height, format.relief());
+    }
+  }
+  return std::nullopt;
+}
+
 /// Of blocks: what they are made from.
 MapTextures packed_texels(const MapSource& source, const Format& format, const Encoding& encoding) {
   const auto& [map, heights, values, wrap, depth, mips, parameters] = source;
-  const bool has_levels =
-      mips != Mips::none && (map.content == MapContent::heights || map.content == MapContent::ratios);
-  const int levels = has_levels ? chain_length(heights) : 1;
-  const TexelLayout layout_of_relief =
-      map.content == MapContent::sectors ? TexelLayout{.type = format.type, .channels = 1} : format.relief();
-  MapTextures textures{.relief = blank(heights.width, heights.height, layout_of_relief, levels)};
+  MapTextures textures = blank_textures(source, format);
   write_heights(textures.relief, heights);
-  if (format.extra_channels > 0) textures.extra = blank(heights.width, heights.height, format.extra(), levels);
   if (format.with_normal) write_normals(textures.relief, source);
   if (map.is_solid) write_floors(textures, heights, format);
   const RatioLayout layout{.map = map, .format = format, .encoding = encoding};
@@ -288,19 +303,19 @@ MapTextures packed_texels(const MapSource& source, const Format& format, const E
       write_ratios(textures, heights, values, layout);
       break;
     case MapContent::pyramid:
-      textures.extra = packed_pyramid(source, format.relief());
+      write_pyramid(*textures.extra, values);
       break;
     case MapContent::volume:
-      textures.extra = packed_volume(source, format.relief());
+      write_volume(*textures.extra, source);
       break;
     case MapContent::table:
-      textures.extra = packed_table(source, format.relief());
+      write_table(*textures.extra, values);
       break;
     case MapContent::sectors:
-      textures.extra = packed_sectors(source, format, encoding);
+      write_sectors(*textures.extra, source, encoding);
       break;
   }
-  if (has_levels) (is_of_blocks(format.type) ? write_block_mips : write_mips)(textures, source, layout);
+  if (textures.relief.levels > 1) (is_of_blocks(format.type) ? write_block_mips : write_mips)(textures, source, layout);
   return textures;
 }
 
@@ -314,6 +329,17 @@ std::vector<float> narrowed_for_spread(const MapSource& source, TexelType type) 
 }
 
 }  // namespace
+
+MapTextures blank_textures(const MapSource& source, const Format& format) {
+  const MapContent content = source.map.content;
+  const bool has_levels =
+      source.mips != Mips::none && (content == MapContent::heights || content == MapContent::ratios);
+  const int levels = has_levels ? chain_length(source.heights) : 1;
+  const TexelLayout relief =
+      content == MapContent::sectors ? TexelLayout{.type = format.type, .channels = 1} : format.relief();
+  return {.relief = blank(source.heights.width, source.heights.height, relief, levels),
+          .extra = blank_extra(source, format, levels)};
+}
 
 MapTextures pack_map(const MapSource& source, const Format& format, const Encoding& encoding) {
   if (!is_of_blocks(format.type)) return packed_texels(source, format, encoding);

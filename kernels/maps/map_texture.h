@@ -33,6 +33,9 @@ struct MapSource {
 /// tables to the nearest. Where a format has more ratio channels than the map, those are 0.
 [[nodiscard]] MapTextures pack_map(const MapSource& source, const Format& format, const Encoding& encoding);
 
+/// Textures as pack_map() makes them, of zeros; of blocks, what those are made from. Values: of a volume alone.
+[[nodiscard]] MapTextures blank_textures(const MapSource& source, const Format& format);
+
 /// Its cones as textures of one map each, height and ratio in a texel: the layers of a sector map, without their
 /// borders; of another map itself.
 [[nodiscard]] std::vector<MapTextures> cone_layers(const MapRow& map, const MapTextures& textures,

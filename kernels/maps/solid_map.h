@@ -10,6 +10,8 @@ namespace reliefbench {
 /// throws: Error(bad_input): no floors, or as check_bakeable()
 void check_solid(const Heightfield& heights);
 
+/// What mirroring two floors may put their difference off by.
+inline constexpr double kMirrorError = 0x1p-24;
 /// The lower surface upside down: 1 - floor, rounded to float.
 [[nodiscard]] Heightfield mirrored_floors(const Heightfield& heights);
 

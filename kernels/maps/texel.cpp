@@ -152,10 +152,12 @@ Heightfield quantise_heights(const Heightfield& heights, TexelType type) {
   return quantised;
 }
 
+std::uint32_t code_count(TexelType type, const Encoding& encoding) {
+  return nearest_code(is_float(type) && !encoding.is_decreasing ? kUnboundedRatio : 1.0F, type) + 1;
+}
+
 std::uint32_t floor_code(float ratio, float height, TexelType type, const Encoding& encoding) {
-  // An angle ends at 1, everything else where the type does.
-  const float greatest = is_float(type) && !encoding.is_decreasing ? kUnboundedRatio : 1.0F;
-  const std::uint32_t end = nearest_code(greatest, type) + 1;
+  const std::uint32_t end = code_count(type, encoding);
   const float spread = value_spread(type);
   const auto fits = [&](std::uint32_t code) {
     const float widest = value_of(code, type) + (encoding.is_decreasing ? -spread : spread);

@@ -55,6 +55,8 @@ struct Encoding {
 /// Cones are built from these, never from the unquantised heights.
 [[nodiscard]] Heightfield quantise_heights(const Heightfield& heights, TexelType type);
 
+/// How many codes there are for ratios: an angle's end at 1, all others where the type, or kUnboundedRatio, does.
+[[nodiscard]] std::uint32_t code_count(TexelType type, const Encoding& encoding);
 /// The code of the widest cone that `type` can hold whose decoded ratio, with a guard, is below `ratio`; the narrowest
 /// cone's code if none is. The guard is one ulp, for samplers whose unorm conversion is an ulp off, or Encoding::guard;
 /// and value_spread() of both values.

@@ -35,14 +35,14 @@ layout(BINDING(FIRST_BUFFER_BINDING), std140) uniform Bake {
   int layers;             // of ratios
   bool repeats;           // the map is tiled
   bool exact_distances;   // squared distances in units of weight_y have no rounding in float
-  int footpoint;          // FOOTPOINT_*
+  bool is_of_cells;       // nodes of a mip chain are of the cells between texels
   int search_steps;       // relaxed_po07
   float step_share;       // 1 / search_steps
   bool is_interpolated;   // the map is to be right between texels
   float guard;            // of a finer grid: see rise_guard (kernels/maps/cone_bounds.h)
   float max_ratio;        // the widest ratio allowed
   ivec2 by;               // points a texel of the map that a finer grid is of
-  // Of quads, [i] is level i + 1; of shapes, level i. xy: its first one, those from row to row
+  // Of quads, [i] is level i + 1; of shapes and mip chains, level i. xy: its first one, those from row to row
   ivec4 levels[MOST_LEVELS];
 } bake;
 // clang-format on

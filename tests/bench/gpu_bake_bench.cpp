@@ -16,14 +16,22 @@ BakeRequest request_of(const Heightfield& heights, MapKind kind) {
   return {.heights = heights, .wrap = Wrap::repeat, .correction = find_map(kind).corrections.front()};
 }
 
+Heightfield heights_of(MapKind kind) {
+  Heightfield heights = fbm_map(kSide, kSide);
+  if (!find_map(kind).is_solid) return heights;
+  heights.floors = noise_map(kSide, kSide).texels;
+  for (std::size_t i = 0; i < heights.floors.size(); ++i) heights.floors[i] *= heights.texels[i];
+  return heights;
+}
+
 void bake_on_cpu(benchmark::State& state, MapKind kind) {
-  const Heightfield heights = fbm_map(kSide, kSide);
+  const Heightfield heights = heights_of(kind);
   std::vector<float> map;
   while (state.KeepRunning()) benchmark::DoNotOptimize(map = find_map(kind).bake(request_of(heights, kind)));
 }
 
 void bake_on_gpu(benchmark::State& state, const BackendRow& row, MapKind kind) {
-  const Heightfield heights = fbm_map(kSide, kSide);
+  const Heightfield heights = heights_of(kind);
   const std::unique_ptr<Backend> backend = row.open(0, {});
   const GpuBaker baker(*backend, row.dialect, kind);
   GpuBake map;

@@ -137,12 +137,16 @@ void print_figures(const BakeJob& job, const BakeResult& result) {
               {"device", job.device},
               {"width", result.width},
               {"height", result.height},
-              {"time_ms", result.bake_time_ns * 1e-6},
-              {"pack_ms", result.pack_time_ns * 1e-6}};
+              {"time_ms", result.bake_time_ns * 1e-6}};
+  if (result.pack_time_ns) out["pack_ms"] = *result.pack_time_ns * 1e-6;
   if (result.device) {
     out["device_index"] = result.device->index;
     out["device_name"] = result.device->name;
     out["driver"] = result.device->driver;
+  }
+  if (result.clock) {
+    out["device_clock"] = {{"timer", timer_id(result.clock->timer)}, {"valid", result.clock->valid}};
+    if (!result.clock->valid) out["device_clock"]["reason"] = result.clock->reason;
   }
   for (const ComputeTime& time : result.device_times) out["device_ms"][time.part] = time.ns * 1e-6;
   if (storage.map.ratios > 0) {
@@ -203,7 +207,11 @@ void print_text(const BakeJob& job, const BakeResult& result) {
     rows.push_back({"device", fmt::format("{} {}: {}, {}", result.device->backend, result.device->index,
                                           result.device->name, result.device->driver)});
   for (const ComputeTime& time : result.device_times) rows.push_back({"  " + time.part, format_time_ns(time.ns)});
-  rows.push_back({"packed in", fmt::format("{} on cpu", format_time_ns(result.pack_time_ns))});
+  if (result.clock && !result.clock->valid)
+    rows.push_back({"its clock", fmt::format("{} is not believed: {}; the time is the host's",
+                                             timer_id(result.clock->timer), result.clock->reason)});
+  if (result.pack_time_ns)
+    rows.push_back({"packed in", fmt::format("{} on cpu", format_time_ns(*result.pack_time_ns))});
   if (has_ratios)
     rows.push_back({"mean ratio", fmt::format("{}; {} % closed", format_number(result.mean_ratio),
                                               format_number(100 * result.closed_share))});

@@ -48,29 +48,35 @@ class OpenBaker {
     backend_ = job.open(row, job.device_index);
     backend_->set_render_limit(
         job.timeout_s.value_or(backend_->device().software ? kSoftwareBandLimit_s : kBandLimit_s));
-    baker_.emplace(*backend_, row.dialect, map.kind);
+    baker_.emplace(*backend_, row.dialect, map.kind,
+                   BakePacking{.format = job.spec.storage.format, .encoding = job.spec.storage.encoding});
+    dialect_ = row.dialect;
   }
   [[nodiscard]] std::optional<DeviceInfo> device() const {
     return backend_ ? std::optional(backend_->device()) : std::nullopt;
   }
+  /// After the bakes, which a device that fails is to fail in.
+  [[nodiscard]] std::optional<TimerAudit> audited_clock() const {
+    return backend_ ? audit_part_clock(*backend_, dialect_) : std::nullopt;
+  }
   [[nodiscard]] bool is_hardware() const { return backend_ && !backend_->device().software; }
   [[nodiscard]] GpuBake bake(const MapRow& map, const BakeRequest& request) const {
-    return baker_ ? baker_->bake(request) : GpuBake{.values = map.bake(request), .times = {}, .transport_ns = 0};
+    return baker_ ? baker_->bake(request) : GpuBake{.values = map.bake(request)};
   }
 
  private:
   std::unique_ptr<Backend> backend_;
+  Dialect dialect_{};
   std::optional<GpuBaker> baker_;
 };
 
-/// times: of each bake; none where the map needs none
-BakedMap bake_by(const OpenBaker& baker, const BakeJob& job, const Heightfield& heights, std::vector<BakeTime>& times) {
+/// made: but for the values; nothing where the map needs no bake
+BakedMap bake_by(const OpenBaker& baker, const BakeJob& job, const Heightfield& heights, RepeatedBake& made) {
   return bake(job.spec, heights, [&](const MapRow& map, const BakeRequest& request, const std::string&) {
     const bool is_hardware = baker.is_hardware();
-    RepeatedBake made = bake_repeatedly([&] { return baker.bake(map, request); },
-                                        job.repeat.value_or(is_hardware ? kHardwareBakes : 1), is_hardware);
-    times = std::move(made.times);
-    return BakedValues{.time_ns = median_wall_ns(times), .values = std::move(made.values)};
+    made = bake_repeatedly([&] { return baker.bake(map, request); },
+                           job.repeat.value_or(is_hardware ? kHardwareBakes : 1), is_hardware);
+    return BakedValues{.time_ns = median_wall_ns(made.times), .values = std::move(made.values)};
   });
 }
 
@@ -158,21 +164,27 @@ BakeResult run_bake(const BakeJob& job) {
   const auto& [storage, wrap, parameters, threads] = job.spec;
   std::string reading;
   const Heightfield heights = load_heightmap(job.heightmap, &reading);
-  std::vector<BakeTime> times;
+  RepeatedBake made;
   const OpenBaker baker(job);
-  const BakedMap map = bake_by(baker, job, heights, times);
-  const double start_ns = steady_ns();
-  const MapTextures textures = pack_map(
-      {.map = storage.map, .heights = map.heights, .values = map.values, .wrap = wrap, .parameters = parameters},
-      storage.format, storage.encoding);
-  const double pack_time_ns = steady_ns() - start_ns;
+  const BakedMap map = bake_by(baker, job, heights, made);
+  std::optional<double> pack_time_ns;
+  if (!made.textures) {
+    const double start_ns = steady_ns();
+    made.textures = pack_map(
+        {.map = storage.map, .heights = map.heights, .values = map.values, .wrap = wrap, .parameters = parameters},
+        storage.format, storage.encoding);
+    pack_time_ns = steady_ns() - start_ns;
+  }
+  const MapTextures& textures = *made.textures;
+  const std::optional<TimerAudit> clock = baker.audited_clock();
   BakeResult result{.reading = std::move(reading),
                     .width = heights.width,
                     .height = heights.height,
                     .bake_time_ns = map.bake_time_ns,
                     .pack_time_ns = pack_time_ns,
                     .device = baker.device(),
-                    .device_times = median_parts(times),
+                    .device_times = clock && clock->valid ? median_parts(made.times) : std::vector<ComputeTime>(),
+                    .clock = clock,
                     .bytes = textures.bytes(),
                     .verdict = {},
                     .files = {}};

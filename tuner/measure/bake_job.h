@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "backends/backend.h"
+#include "backends/timer_audit.h"
 #include "kernels/image/heightmap.h"
 #include "kernels/maps/map_verify.h"
 #include "tuner/measure/bake.h"
@@ -39,9 +40,10 @@ struct BakeResult {
   int width = 0;
   int height = 0;
   double bake_time_ns = 0;                  ///< on the host's clock, without the way to another process and back
-  double pack_time_ns = 0;                  ///< of encoding and packing, on the processor
+  std::optional<double> pack_time_ns{};     ///< of encoding and packing, where the processor did it
   std::optional<DeviceInfo> device{};       ///< a GPU's bake
-  std::vector<ComputeTime> device_times{};  ///< likewise, on its own clock
+  std::vector<ComputeTime> device_times{};  ///< likewise, on its own clock, if that is believed
+  std::optional<TimerAudit> clock{};        ///< what was found of that clock; none: it has none
   double mean_ratio = 0;                    ///< of the ratios as stored; a map without ratios: 0
   double closed_share = 0;                  ///< of ratios that are stored as 0
   std::size_t bytes = 0;                    ///< of all textures

@@ -15,6 +15,8 @@ struct MapOfRow {
   std::string untimed{};
 };
 
+[[nodiscard]] bool asks_for_bakes(const Claim& claim);
+
 /// The maps of a claim's rows in one scene, each baked once: where its times count, by hardware itself, and for a
 /// software rasteriser on one thread of the processor.
 class ClaimMaps {

@@ -301,6 +301,9 @@ std::vector<ClaimResult> run_claims(std::span<const Claim> claims, const ClaimOp
                     {.audits = audits_for(std::ranges::any_of(claims, has_compute_row)),
                      .open = options.open,
                      .timeout_s = kTimeout_s});
+    const bool has_compute = std::ranges::any_of(claims, has_compute_row);
+    if (!has_compute && !session.device().software && std::ranges::any_of(claims, asks_for_bakes))
+      session.audit_compute_timers();
     session.calibrate(kBatch_ms, nullptr);
     const Bench bench{
         .session = session, .split = split, .progress = progress, .cooling_pause_s = options.cooling_pause_s};

@@ -14,6 +14,7 @@ RepeatedBake bake_repeatedly(const std::function<GpuBake()>& bake, int bakes, bo
     GpuBake one = bake();
     made.times.push_back({.wall_ns = steady_ns() - start_ns - one.transport_ns, .parts = std::move(one.times)});
     made.values = std::move(one.values);
+    made.textures = std::move(one.textures);
   }
   return made;
 }

@@ -1,5 +1,6 @@
 #pragma once
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "backends/gpu_bake.h"
@@ -16,7 +17,8 @@ struct BakeTime {
 };
 
 struct RepeatedBake {
-  std::vector<float> values{};    ///< of the last one
+  std::vector<float> values{};  ///< of the last one, as GpuBake has them
+  std::optional<MapTextures> textures{};
   std::vector<BakeTime> times{};  ///< one a bake
 };
 /// warms_up: bakes once more before
