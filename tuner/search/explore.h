@@ -29,12 +29,12 @@ class Explorer {
   [[nodiscard]] double mean(std::size_t candidate) const { return surrogate_.mean(place_[candidate]); }
   [[nodiscard]] std::size_t capacity() const { return surrogate_.capacity(); }
 
-  static constexpr std::size_t kBatch = 4;
+  static constexpr std::size_t kBatch = 3;
   static constexpr double kShare = 0.1;  ///< of the settings are timed in the surrogate's order, ...
   static constexpr std::size_t kLeast = 32;
   static constexpr std::size_t kMost = 320;
-  static constexpr double kRough = 0.015;  ///< of the settings
-  static constexpr int kVolumeEvery = 4;   ///< batches
+  static constexpr double kRough = 0.04;  ///< of the settings
+  static constexpr int kVolumeEvery = 4;  ///< batches
 
  private:
   void learn(std::span<const Observed> observed, std::span<const double> scales);

@@ -20,7 +20,7 @@ namespace {
 constexpr int kFirstBlocks = 3;             // of a setting that the surrogate asked for; they also teach the noise
 constexpr std::size_t kSettleBlocks = 120;  // drawn, a batch that the surrogate asked for, to tell it from the others
 constexpr std::size_t kLastBlocks = 800;    // likewise where no further setting may be timed
-constexpr std::size_t kLeastFirst = 10;     // settings timed before the surrogate is asked
+constexpr std::size_t kLeastFirst = 4;      // settings timed before the surrogate is asked
 constexpr double kRefit = 1.25;             // growth of the blocks after which the noise is estimated anew
 constexpr double kPathGrowth = 1.1;         // of the samples between two points of the path
 constexpr double kAuditShare = 0.03;        // of the settings ruled out by assumption

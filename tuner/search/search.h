@@ -27,7 +27,7 @@ struct SearchOptions {
   std::uint64_t seed = 1;    ///< of the audits
   /// Asks for the fastest setting of all and for the one of least regret, instead of the whole front.
   std::optional<RegretRule> regret{};
-  std::vector<std::size_t> first{};     ///< measured before all else: the default setting of each technique
+  std::vector<std::size_t> first{};     ///< measured before all else: the simplest setting of each technique
   std::int64_t max_samples = 0;         ///< frames; 0: no limit
   int max_measured = 0;                 ///< settings; the search ends where it would time one more. 0: no limit
   std::function<bool()> should_stop{};  ///< asked before every round; true ends the search with what it has

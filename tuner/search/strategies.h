@@ -13,7 +13,7 @@ namespace reliefbench {
 /// What a strategy may spend and where it starts.
 struct StrategyTask {
   std::uint64_t seed = 1;
-  std::vector<std::size_t> first{};  ///< settings that are timed first: the default of each technique
+  std::vector<std::size_t> first{};  ///< settings that are timed first: the simplest of each technique
   int max_timed = 0;                 ///< settings; 0: as many as it wants
 };
 

@@ -17,14 +17,17 @@ constexpr double kLeastLogWeight = -6;
 constexpr double kMostLogWeight = 6;
 constexpr double kInactiveStep = 0.25;     // squared distance of a count that one setting has and the other has not
 constexpr double kInactiveCategory = 0.3;  // likewise of a choice; two values of one axis: 1
-constexpr double kInactive = -1;           // a category's value where it is inactive
+constexpr double kOwnCount = 0.1;          // likewise of two counts as such, whatever lies between them
+constexpr double kInactive = -1;           // a category's or a count's value where it is inactive
 constexpr int kMostOverhead = 12;          // log2 of the work that a frame's fixed cost may be worth
-constexpr double kUnseenChoice = 0.2;      // squared distance that a choice adds while no point has it
+constexpr double kUnseenChoice = 0.3;      // squared distance that a choice adds while no point has it
 
 /// Between two values of an axis, to be weighted. Where only one is active, other axes say so as well.
 double squared_distance(double a, double b, Surrogate::Axis axis) {
   if (a == b) return 0;
   if (axis == Surrogate::Axis::category) return a == kInactive || b == kInactive ? kInactiveCategory : 1;
+  if (axis == Surrogate::Axis::count)
+    return a == kInactive || b == kInactive ? kInactiveCategory * kOwnCount : kOwnCount;
   const bool is_inactive = axis == Surrogate::Axis::steps && (a == 0 || b == 0);
   return is_inactive ? kInactiveStep : (a - b) * (a - b);
 }
@@ -44,7 +47,11 @@ Surrogate::Surrogate(const SearchSpace& space, std::size_t capacity)
     add_axis(Axis::work, features([i](const Candidate& candidate) { return std::log1p(candidate.work[i]); }));
   for (std::size_t i = 0; i < space.category_axes.size(); ++i)
     add_axis(Axis::category, features([i](const Candidate& candidate) { return candidate.categories[i]; }));
-  for (const Axis kind : {Axis::steps, Axis::category}) {
+  for (std::size_t i = 0; i < space.step_axes.size(); ++i)
+    add_axis(Axis::count, features([i](const Candidate& candidate) {
+               return candidate.steps[i] == 0 ? kInactive : candidate.steps[i];
+             }));
+  for (const Axis kind : {Axis::steps, Axis::category, Axis::count}) {
     std::vector<std::size_t> axes;
     for (std::size_t i = 0; i < axes_.size(); ++i)
       if (axes_[i].axis == kind) axes.push_back(i);
@@ -68,7 +75,7 @@ Surrogate::Surrogate(const SearchSpace& space, std::size_t capacity)
 }
 
 void Surrogate::add_axis(Axis axis, std::vector<double> features) {
-  if (axis != Axis::category) {
+  if (axis == Axis::steps || axis == Axis::work) {
     const auto [least, most] = std::ranges::minmax(features);
     const double range = most - least;
     if (range > 0)
@@ -231,7 +238,7 @@ Likelihood::Points Surrogate::pairs_of(std::span<const std::size_t> points) cons
 
 void Surrogate::fit() {
   const std::size_t n = points_.size();
-  fit_prior();
+  if (!std::exchange(has_prior_, true)) fit_prior();
   std::vector<std::size_t> subset;
   const std::size_t most = std::min(n, kMostFitted);
   for (std::size_t i = 0; i < most; ++i) subset.push_back(i * n / most);

@@ -12,19 +12,21 @@ namespace reliefbench {
 /// A Gaussian process on log time over the settings of a space: Matern 5/2 with a length for each axis (automatic
 /// relevance determination) on log1p of step counts and of work, Hamming distance on categories. Step counts are caps,
 /// work is what the rays did, so that the prior's mean is a fixed cost and a cost of each unit of the first work axis,
-/// fitted to the points by least squares in log time; without such an axis it is constant. Where an axis is inactive in
-/// one of two settings it adds a constant, less than a full difference: a step count that a technique does not have is
-/// not zero steps of it, and which axes are active follows from few others. (A step count of 0 is taken for inactive.)
-/// A choice that no point had at the last fit adds a distance that the fit cannot explain away: of an axis whose points
-/// all agree it learns nothing. A share of the variance is additive, the mean over the axes of one rational quadratic
-/// kernel each, so that what an axis does in one technique is expected in another. Adding a point costs O(points x
-/// settings): the Cholesky factor and, with it, the factor's columns for all settings grow by a row. Hyper-parameters
-/// maximise the posterior density and are refitted when the points are 1.2 times as many. The constants were chosen on
-/// recorded sweeps of rocks/grazing and bricks/oblique on llvmpipe. source: Rasmussen & Williams, "Gaussian Processes
-/// for Machine Learning", 2006, sections 2.2, 5.4.1
+/// fitted once, to the first points, by least squares in log time: later ones lie near the front, where what is fast
+/// for its work would pass for what work costs. Without such an axis it is constant. A count of steps is also a choice:
+/// what 16 steps cost need not lie between what 8 and 32 do, as compilers unroll some loops. Where an axis is inactive
+/// in one of two settings it adds a constant, less than a full difference: a step count that a technique does not have
+/// is not zero steps of it, and which axes are active follows from few others. (A step count of 0 is taken for
+/// inactive.) A choice that no point had at the last fit adds a distance that the fit cannot explain away: of an axis
+/// whose points all agree it learns nothing. A share of the variance is additive, the mean over the axes of one
+/// rational quadratic kernel each, so that what an axis does in one technique is expected in another. Adding a point
+/// costs O(points x settings): the Cholesky factor and, with it, the factor's columns for all settings grow by a row.
+/// Hyper-parameters maximise the posterior density and are refitted when the points are 1.2 times as many. The
+/// constants were chosen on parts of the recorded sweeps (tests/data). source: Rasmussen & Williams, "Gaussian
+/// Processes for Machine Learning", 2006, sections 2.2, 5.4.1
 class Surrogate {
  public:
-  enum class Axis { steps, work, category };
+  enum class Axis { steps, work, category, count };
 
   /// capacity: most points at once
   Surrogate(const SearchSpace& space, std::size_t capacity);
@@ -82,6 +84,7 @@ class Surrogate {
   Eigen::VectorXd weights_;   // 1 / length^2 of each axis
   double variance_ = 1;       // of the process
   std::size_t next_fit_ = 6;  // points
+  bool has_prior_ = false;    // fitted
   std::vector<std::size_t> points_;
   std::vector<double> noise_;
   Eigen::VectorXd values_;     // log time of the points

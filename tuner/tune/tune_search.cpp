@@ -10,6 +10,7 @@
 #include <map>
 #include <numeric>
 #include <set>
+#include <tuple>
 
 #include "kernels/base/clock.h"
 #include "tuner/decide/choose.h"
@@ -98,27 +99,23 @@ SearchSpace asked_space(const SearchSpace& space, const TuneQuestion& question, 
 }
 
 std::vector<std::size_t> first_settings(const SearchSpace& space) {
-  std::map<std::string_view, std::vector<std::size_t>> by_technique;
-  for (std::size_t i = 0; i < space.candidates.size(); ++i)
-    if (space.candidates[i].is_feasible)
-      by_technique[parse_setting(space.candidates[i].id).technique().id].push_back(i);
-  std::vector<std::size_t> first;
-  const auto add = [&](std::size_t i) {
-    if (std::ranges::find(first, i) == first.end()) first.push_back(i);
+  struct Simplest {
+    std::tuple<std::size_t, double> effort;  // features, steps
+    std::size_t candidate;
   };
-  for (const Technique& technique : techniques()) {
-    const auto found = by_technique.find(technique.id);
-    if (found == by_technique.end()) continue;
-    const std::vector<std::size_t>& list = found->second;
-    const std::string usual = setting_id(Settings(technique));
-    for (const std::size_t i : list)
-      if (space.candidates[i].id == usual) add(i);
-    add(*std::ranges::min_element(list, {}, [&](std::size_t i) {
-      const Candidate& candidate = space.candidates[i];
-      const double steps = std::accumulate(candidate.steps.begin(), candidate.steps.end(), 0.0);
-      return std::tuple(features(parse_setting(candidate.id)).size(), steps, i);
-    }));
+  std::map<const Technique*, Simplest> simplest;  // by the order of techniques()
+  for (std::size_t i = 0; i < space.candidates.size(); ++i) {
+    const Candidate& candidate = space.candidates[i];
+    if (!candidate.is_feasible) continue;
+    const Settings settings = parse_setting(candidate.id);
+    const double steps = std::accumulate(candidate.steps.begin(), candidate.steps.end(), 0.0);
+    const Simplest own{.effort = {features(settings).size(), steps}, .candidate = i};
+    const auto [known, is_new] = simplest.try_emplace(&settings.technique(), own);
+    if (!is_new && own.effort < known->second.effort) known->second = own;
   }
+  std::vector<std::size_t> first;
+  first.reserve(simplest.size());
+  for (const auto& [technique, own] : simplest) first.push_back(own.candidate);
   return first;
 }
 

@@ -52,7 +52,7 @@ class BookSource final : public TimeSource {
 [[nodiscard]] SearchSpace asked_space(const SearchSpace& space, const TuneQuestion& question,
                                       const FleetLosses* fleet = nullptr);
 
-/// Timed first: of every technique its default if it is feasible, and its setting with the fewest features and steps.
+/// Timed first: of every technique the feasible setting with the fewest features and, of these, the fewest steps.
 [[nodiscard]] std::vector<std::size_t> first_settings(const SearchSpace& space);
 
 /// Bytes of a candidate's map.
