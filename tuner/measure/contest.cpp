@@ -4,8 +4,10 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <map>
 
 #include "tuner/measure/claims.h"
+#include "tuner/plan/scene_key.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/statistics.h"
 
@@ -92,6 +94,20 @@ struct Duel {
   std::vector<double> quotients;  ///< one a round
 };
 
+Duel duel_of(const SceneRows& rows, const std::string& of, const std::string& by) {
+  return {.scene = rows.id(), .of = of, .by = by, .quotients = rows.quotients(of, by)};
+}
+
+std::string fastest_of(const SceneRows& rows, const Labels& labels) {
+  return least_of(labels, [&](const std::string& label) { return rows.time_for_choosing(label); });
+}
+
+/// In a scene the fastest of those that are no worse; "" if none is.
+std::string fastest_no_worse(const SceneRows& rows, const std::string& of, const std::string& metric,
+                             const Labels& labels) {
+  return fastest_of(rows, only(labels, [&](const std::string& label) { return rows.is_no_worse(label, of, metric); }));
+}
+
 /// Of the duels that are let in, the geometric mean of each round.
 template <typename Admits>
 std::vector<double> means(std::span<const Duel> duels, const Admits& admits) {
@@ -129,24 +145,17 @@ std::vector<ClaimDuel> told(std::span<const Duel> duels) {
 std::vector<Duel> duels_of(const ClaimCheck& check, std::span<const SceneRows> scenes) {
   std::vector<Duel> duels;
   for (const SceneRows& rows : scenes) {
-    const auto fastest = [&](const Labels& labels) {
-      return least_of(labels, [&](const std::string& label) { return rows.time_for_choosing(label); });
-    };
-    const auto add = [&](const std::string& of, const std::string& by) {
-      duels.push_back({.scene = rows.id(), .of = of, .by = by, .quotients = rows.quotients(of, by)});
-    };
     const auto is_within = [&](const std::string& label) {
       return check.at_most && rows.value(label, check.metric) <= *check.at_most;
     };
     for (const std::string& of : check.of_each) {
-      Labels labels =
-          only(check.beaten_by, [&](const std::string& label) { return rows.is_no_worse(label, of, check.metric); });
+      Labels labels = check.beaten_by;
       labels.push_back(of);  // nothing is slower than itself
-      add(of, fastest(labels));
+      duels.push_back(duel_of(rows, of, fastest_no_worse(rows, of, check.metric, labels)));
     }
-    const std::string of = fastest(only(check.best_of, is_within));
-    const std::string by = fastest(only(check.beaten_by, is_within));
-    if (!of.empty() && !by.empty()) add(of, by);
+    const std::string of = fastest_of(rows, only(check.best_of, is_within));
+    const std::string by = fastest_of(rows, only(check.beaten_by, is_within));
+    if (!of.empty() && !by.empty()) duels.push_back(duel_of(rows, of, by));
   }
   return duels;
 }
@@ -193,41 +202,7 @@ ClaimAnswer judge_factor(const ClaimCheck& check, std::span<const SceneRows> sce
   return answer;
 }
 
-// One setting for all scenes.
-
-/// A setting that is held against another one, and the duels between them.
-struct Rival {
-  std::string label;  ///< "": there is none
-  std::vector<Duel> duels{};
-  Summary ratio{};  ///< the mean over all scenes
-
-  [[nodiscard]] bool is_faster() const { return !label.empty() && ratio.ci_low > 1; }
-};
-
-Rival duelling(std::span<const SceneRows> scenes, const std::string& of, const std::string& by) {
-  Rival rival{.label = by};
-  if (by.empty()) return rival;
-  rival.duels.reserve(scenes.size());
-  for (const SceneRows& rows : scenes)
-    rival.duels.push_back({.scene = rows.id(), .of = of, .by = by, .quotients = rows.quotients(of, by)});
-  rival.ratio = mean_of(rival.duels);
-  return rival;
-}
-
-/// The fastest of those that are no worse in any scene.
-Rival rival_of(const ClaimCheck& check, std::span<const SceneRows> scenes, const std::string& of,
-               const Labels& labels) {
-  const auto is_no_worse = [&](const std::string& label) {
-    return std::ranges::all_of(scenes,
-                               [&](const SceneRows& rows) { return rows.is_no_worse(label, of, check.metric); });
-  };
-  const auto time = [&](const std::string& label) {
-    double logarithms = 0;
-    for (const SceneRows& rows : scenes) logarithms += std::log(rows.time_for_choosing(label));
-    return logarithms;
-  };
-  return duelling(scenes, of, least_of(only(labels, is_no_worse), time));
-}
+// Held against settings: what is tuned for each scene, and one setting for all.
 
 /// One with the same settings is no other.
 Labels others_than(const std::string& of, const Claim& claim, const Labels& labels) {
@@ -237,9 +212,24 @@ Labels others_than(const std::string& of, const Claim& claim, const Labels& labe
   return only(labels, [&](const std::string& label) { return setting(label) != setting(of); });
 }
 
+/// The fastest over all scenes of those that are no worse in any; "" if none is.
+std::string fastest_for_all(std::span<const SceneRows> scenes, const std::string& of, const std::string& metric,
+                            const Labels& labels) {
+  const auto is_no_worse = [&](const std::string& label) {
+    return std::ranges::all_of(scenes, [&](const SceneRows& rows) { return rows.is_no_worse(label, of, metric); });
+  };
+  const auto time = [&](const std::string& label) {
+    double logarithms = 0;
+    for (const SceneRows& rows : scenes) logarithms += std::log(rows.time_for_choosing(label));
+    return logarithms;
+  };
+  return least_of(only(labels, is_no_worse), time);
+}
+
 /// "e_xy.p99 0.52 to 3.1, 0.0100 missed at most"
 std::string errors_text(const ClaimCheck& check, std::span<const SceneRows> scenes, const std::string& label) {
   std::vector<double> errors;
+  errors.reserve(scenes.size());
   double missed = 0;
   for (const SceneRows& rows : scenes) {
     errors.push_back(rows.value(label, check.metric));
@@ -249,75 +239,121 @@ std::string errors_text(const ClaimCheck& check, std::span<const SceneRows> scen
   return fmt::format("{} {:.3g} to {:.3g}, {:.4f} missed at most", check.metric, least, greatest, missed);
 }
 
+/// "'cone maps: 8' in 4, itself in 2"
+std::string winners_text(std::span<const Duel> duels) {
+  std::map<std::string, int> scenes_of;
+  for (const Duel& duel : duels) ++scenes_of[duel.by == duel.of ? "itself" : fmt::format("'{}'", duel.by)];
+  std::vector<std::string> parts;
+  parts.reserve(scenes_of.size());
+  for (const auto& [winner, count] : scenes_of) parts.push_back(fmt::format("{} in {}", winner, count));
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
 ClaimAnswer judge_one(const Claim& claim, const ClaimCheck& check, std::span<const SceneRows> scenes) {
   const Labels others = others_than(check.of, claim, check.beaten_by);
-  const Rival rival = rival_of(check, scenes, check.of, others);
-  const std::string own = fmt::format("{} ({}, in {} scene{})", check.of, errors_text(check, scenes, check.of),
-                                      scenes.size(), scenes.size() == 1 ? "" : "s");
-  if (rival.label.empty())
-    return {.verdict = ClaimVerdict::not_reproduced,
-            .numbers = fmt::format("{} is not beaten: none of {} others is no less accurate in every scene.", own,
-                                   others.size())};
-  const std::string_view outcome = rival.is_faster()         ? "is beaten by"
-                                   : rival.ratio.ci_high < 1 ? "is not beaten by"
-                                                             : "is not known to be beaten by";
-  return {.verdict = rival.is_faster() ? ClaimVerdict::reproduced : ClaimVerdict::not_reproduced,
-          .numbers = fmt::format("{} {} '{}' ({}), the fastest that is no less accurate in any of them: {} times as "
-                                 "fast.",
-                                 own, outcome, rival.label, errors_text(check, scenes, rival.label),
-                                 interval_text(rival.ratio)),
-          .duels = told(rival.duels)};
+  Labels with_own = others;
+  with_own.push_back(check.of);  // nothing is slower than itself
+  std::vector<Duel> duels;
+  duels.reserve(scenes.size());
+  for (const SceneRows& rows : scenes) {
+    duels.push_back(duel_of(rows, check.of, fastest_no_worse(rows, check.of, check.metric, with_own)));
+  }
+  const Summary mean = mean_of(duels);
+  const std::string_view outcome = mean.ci_low > 1 ? "is beaten" : mean.ci_high <= 1 ? "is not beaten" : "is level";
+  std::string one = fmt::format("none of {} others is as accurate in all of them", others.size());
+  if (const std::string by = fastest_for_all(scenes, check.of, check.metric, others); !by.empty()) {
+    std::vector<Duel> of_one;
+    of_one.reserve(scenes.size());
+    for (const SceneRows& rows : scenes) of_one.push_back(duel_of(rows, check.of, by));
+    one = fmt::format("'{}' ({}), {} times", by, errors_text(check, scenes, by), interval_text(mean_of(of_one)));
+  }
+  return {.verdict = mean.ci_low > 1 ? ClaimVerdict::reproduced : ClaimVerdict::not_reproduced,
+          .numbers = fmt::format("{} ({}, in {} scene{}) {}: the fastest in each scene that is no less accurate there "
+                                 "is {} times as fast ({}); one setting for all of them: {}.",
+                                 check.of, errors_text(check, scenes, check.of), scenes.size(),
+                                 scenes.size() == 1 ? "" : "s", outcome, interval_text(mean), winners_text(duels), one),
+          .duels = told(duels)};
 }
 
 /// "cone maps" of "cone maps: 8 steps"
 std::string group_of(const Labels& labels) { return labels.front().substr(0, labels.front().find(':')); }
 
-std::string cell_of(const Rival& rival) {
-  if (rival.label.empty()) return "-";
-  return fmt::format("{:.2f} [{:.2f}, {:.2f}]", rival.ratio.median, rival.ratio.ci_low, rival.ratio.ci_high);
+/// "1.25 [1.20, 1.31]"
+std::string cell_of(std::span<const Duel> duels) {
+  if (duels.empty()) return "-";
+  const Summary ratio = mean_of(duels);
+  return fmt::format("{:.2f} [{:.2f}, {:.2f}]", ratio.median, ratio.ci_low, ratio.ci_high);
 }
 
-/// "2 of 12 (Godot; Unreal)"
-std::string count_text(const Labels& labels, std::size_t of) {
-  if (labels.empty()) return fmt::format("none of {}", of);
-  return fmt::format("{} of {} ({})", labels.size(), of, fmt::join(labels, "; "));
+/// "oblique 1.20 [1.11, 1.25], grazing 0.80 [0.75, 0.81]"
+std::string by_view(std::span<const Duel> duels) {
+  std::map<std::string, std::vector<Duel>> views;
+  for (const Duel& duel : duels) views[std::string(view_part(duel.scene))].push_back(duel);
+  std::vector<std::string> parts;
+  parts.reserve(views.size());
+  for (const auto& [view, of_view] : views) parts.push_back(fmt::format("{} {}", view, cell_of(of_view)));
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
+/// How two groups of settings came out.
+struct Tally {
+  int ours = 0;
+  int theirs = 0;
+  int neither = 0;
+  std::vector<Duel> by_ours{};    ///< of what they are held against
+  std::vector<Duel> by_theirs{};  ///< likewise
+  std::vector<Duel> between{};    ///< of theirs by ours, where both are as accurate
+};
+
+void count_scene(const SceneRows& rows, const std::string& of, const std::string& one, const std::string& other,
+                 Tally& tally) {
+  if (!one.empty()) tally.by_ours.push_back(duel_of(rows, of, one));
+  if (!other.empty()) tally.by_theirs.push_back(duel_of(rows, of, other));
+  if (!one.empty() && !other.empty()) tally.between.push_back(duel_of(rows, other, one));
+  Labels labels{of};
+  for (const std::string& label : {one, other})
+    if (!label.empty()) labels.push_back(label);
+  const std::string fastest = fastest_of(rows, labels);
+  ++(fastest == of ? tally.neither : fastest == one ? tally.ours : tally.theirs);
 }
 
 ClaimAnswer judge_groups(const Claim& claim, const ClaimCheck& check, std::span<const SceneRows> scenes) {
   const std::string ours = group_of(check.beaten_by);
   const std::string theirs = group_of(check.rather_than);
   ClaimAnswer answer;
-  answer.table = {{"against", ours, "times as fast", theirs, "times as fast", "the one as the other"}};
-  std::vector<Duel> duels;
-  Labels by_ours;
-  Labels by_theirs;
-  Labels by_either;
-  Labels by_none;
+  answer.table = {{"against", ours + " fastest in", theirs + " in", "neither in", ours + ", times as fast",
+                   theirs + ", times as fast", "the one as the other"}};
+  Tally all;
   for (const std::string& of : check.of_each) {
-    const Rival one = rival_of(check, scenes, of, others_than(of, claim, check.beaten_by));
-    const Rival other = rival_of(check, scenes, of, others_than(of, claim, check.rather_than));
-    Rival both;
-    if (!one.label.empty() && !other.label.empty()) both = duelling(scenes, other.label, one.label);
-    answer.table.push_back({of, one.label, cell_of(one), other.label, cell_of(other), cell_of(both)});
-    duels.insert(duels.end(), both.duels.begin(), both.duels.end());
-    const bool is_ours = one.is_faster() && (!other.is_faster() || both.ratio.ci_low > 1);
-    const bool is_theirs = other.is_faster() && (!one.is_faster() || both.ratio.ci_high < 1);
-    (is_ours ? by_ours : is_theirs ? by_theirs : one.is_faster() ? by_either : by_none).push_back(of);
+    Tally own;
+    for (const SceneRows& rows : scenes) {
+      const auto fastest = [&](const Labels& labels) {
+        return fastest_no_worse(rows, of, check.metric, others_than(of, claim, labels));
+      };
+      count_scene(rows, of, fastest(check.beaten_by), fastest(check.rather_than), own);
+    }
+    answer.table.push_back({of, fmt::format("{}", own.ours), fmt::format("{}", own.theirs),
+                            fmt::format("{}", own.neither), cell_of(own.by_ours), cell_of(own.by_theirs),
+                            cell_of(own.between)});
+    all.ours += own.ours;
+    all.theirs += own.theirs;
+    all.neither += own.neither;
+    all.between.insert(all.between.end(), own.between.begin(), own.between.end());
   }
-  const std::size_t count = check.of_each.size();
   answer.numbers = fmt::format(
-      "Fastest, no less accurate in any of {} scenes and faster than what it is held against: {} for {}, {} for {}, "
-      "either for {}, neither for {}.",
-      scenes.size(), ours, count_text(by_ours, count), theirs, count_text(by_theirs, count),
-      count_text(by_either, count), count_text(by_none, count));
-  answer.duels = told(duels);
-  if (duels.empty()) return answer;
-  const Summary mean = mean_of(duels);
+      "The fastest that is no less accurate, of {} in {} scene{}: {} {} times, {} {} times, "
+      "itself {} times.",
+      check.of_each.size(), scenes.size(), scenes.size() == 1 ? "" : "s", ours, all.ours, theirs, all.theirs,
+      all.neither);
+  if (all.between.empty()) return answer;
+  answer.duels = told(all.between);
+  const Summary mean = mean_of(all.between);
   const std::string_view outcome = mean.ci_low > 1 ? "win" : mean.ci_high < 1 ? "lose" : "neither win nor lose";
   answer.verdict = mean.ci_low > 1 ? ClaimVerdict::reproduced : ClaimVerdict::not_reproduced;
-  answer.numbers +=
-      fmt::format(" Where both are as accurate, {} are {} times as fast as {}, geometric mean over {}: {} {}.", ours,
-                  interval_text(mean), theirs, duels.size() / scenes.size(), ours, outcome);
+  answer.numbers += fmt::format(
+      " Where both are as accurate, {} are {} times as fast as {}, geometric mean of {} ({}): "
+      "{} {}.",
+      ours, interval_text(mean), theirs, all.between.size(), by_view(all.between), ours, outcome);
   return answer;
 }
 

@@ -22,11 +22,10 @@ struct ClaimRow {
 ///  of `metric` less than that of `than`; or its quotient to that of `to` is `quotient` (within `tolerance`, relative);
 ///  or it is at most `at_most`.
 /// Or a contest over all scenes, of geometric means:
-///  `of` is beaten by the fastest of `beaten_by` that in every scene has no more of `metric`, nor more misses: one
-///  setting for all of them, since that is what ships;
-///  or of those that are so held against each of `of_each`, `beaten_by` have a faster one than `rather_than`;
-///  or the fastest in each scene is faster by `by_factor`: than each of `of_each`; or, of those with at most `at_most`
-///  of `metric`, than the fastest of `best_of`.
+///  `of` is beaten by the fastest of `beaten_by` in each scene that has no more of `metric` there, nor more misses;
+///  told beside it is one setting for all of them; or of those that are so held against each of `of_each`, `beaten_by`
+///  have a faster one than `rather_than`; or the fastest in each scene is faster by `by_factor`: than each of
+///  `of_each`; or, of those with at most `at_most` of `metric`, than the fastest of `best_of`.
 /// Lists of labels may have globs. `of_each` with neither `rather_than` nor `by_factor` is read as a check `of` each,
 /// whose label stands where `says` has "{}".
 struct ClaimCheck {
