@@ -255,9 +255,8 @@ ClaimAnswer judge_one(const Claim& claim, const ClaimCheck& check, std::span<con
   with_own.push_back(check.of);  // nothing is slower than itself
   std::vector<Duel> duels;
   duels.reserve(scenes.size());
-  for (const SceneRows& rows : scenes) {
+  for (const SceneRows& rows : scenes)
     duels.push_back(duel_of(rows, check.of, fastest_no_worse(rows, check.of, check.metric, with_own)));
-  }
   const Summary mean = mean_of(duels);
   const std::string_view outcome = mean.ci_low > 1 ? "is beaten" : mean.ci_high <= 1 ? "is not beaten" : "is level";
   std::string one = fmt::format("none of {} others is as accurate in all of them", others.size());
@@ -321,8 +320,7 @@ ClaimAnswer judge_groups(const Claim& claim, const ClaimCheck& check, std::span<
   const std::string ours = group_of(check.beaten_by);
   const std::string theirs = group_of(check.rather_than);
   ClaimAnswer answer;
-  answer.table = {{"against", ours + " fastest in", theirs + " in", "neither in", ours + ", times as fast",
-                   theirs + ", times as fast", "the one as the other"}};
+  answer.table = {{"times as fast as", ours, theirs, "the one as the other", "fastest in: these, itself"}};
   Tally all;
   for (const std::string& of : check.of_each) {
     Tally own;
@@ -332,9 +330,8 @@ ClaimAnswer judge_groups(const Claim& claim, const ClaimCheck& check, std::span<
       };
       count_scene(rows, of, fastest(check.beaten_by), fastest(check.rather_than), own);
     }
-    answer.table.push_back({of, fmt::format("{}", own.ours), fmt::format("{}", own.theirs),
-                            fmt::format("{}", own.neither), cell_of(own.by_ours), cell_of(own.by_theirs),
-                            cell_of(own.between)});
+    answer.table.push_back({of, cell_of(own.by_ours), cell_of(own.by_theirs), cell_of(own.between),
+                            fmt::format("{}, {}, {}", own.ours, own.theirs, own.neither)});
     all.ours += own.ours;
     all.theirs += own.theirs;
     all.neither += own.neither;
