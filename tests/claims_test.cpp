@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -10,11 +11,11 @@
 #include "tests/faulty_device.h"
 #include "tests/made_claim.h"
 #include "tests/technique_rig.h"
+#include "tuner/plan/scene_key.h"
 
 namespace reliefbench {
 namespace {
 
-using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 std::string claim_text(const std::string& check, const std::string& settings = "relief?linear_steps=8") {
@@ -83,17 +84,6 @@ TEST(Claims, VerdictsFollowTheNumbers) {
   EXPECT_EQ(judged(kRatio, {{"frame_time", 1}}, {{"frame_time", 2.3}}, false).verdict, ClaimVerdict::not_reproduced);
 }
 
-constexpr const char* kBeaten = R"({"says": "s", "metric": "e_xy.p99", "of": "few", "beaten_by": ["few", "cones"]})";
-
-/// few: an engine's setting that takes 2; cones: with an error and misses, and a time in each of nine rounds
-ClaimAnswer beaten_by_cones(double error, double missed, double time_ns, bool is_software = false) {
-  const Claim claim = parse_claim(claim_text(kBeaten), "x.json");
-  const std::vector<ClaimFigures> measured{
-      {.values = {{"e_xy.p99", 1}, {"missed_rate", 0.1}}, .times_ns = std::vector<double>(9, 2)},
-      {.values = {{"e_xy.p99", error}, {"missed_rate", missed}}, .times_ns = std::vector<double>(9, time_ns)}};
-  return judge_claim(claim, claim.checks[0], measured, is_software);
-}
-
 TEST(Claims, WhatIsSaidNeverToSkipIsGuaranteedTo) {
   int safe = 0;
   for (const Claim& claim : built_in_claims())
@@ -105,21 +95,28 @@ TEST(Claims, WhatIsSaidNeverToSkipIsGuaranteedTo) {
   EXPECT_GT(safe, 30);
 }
 
-TEST(Claims, AnotherSettingBeatsOneThatIsNoMoreAccurate) {
-  const ClaimAnswer faster = beaten_by_cones(1, 0.05, 1.6);
-  EXPECT_EQ(faster.verdict, ClaimVerdict::reproduced);
-  EXPECT_EQ(faster.numbers,
-            "e_xy.p99 1, 0.1000 missed: beaten by cones, which has 1, 0.0500 missed, and is 1.25 [1.25, 1.25; 96.1 %] "
-            "times as fast");
-  EXPECT_EQ(beaten_by_cones(1.1, 0.05, 1.6).verdict, ClaimVerdict::not_reproduced);  // less accurate
-  EXPECT_EQ(beaten_by_cones(0.9, 0.2, 1.6).verdict, ClaimVerdict::not_reproduced);   // misses more
-  const ClaimAnswer slower = beaten_by_cones(0.9, 0.05, 2.5);
-  EXPECT_EQ(slower.verdict, ClaimVerdict::not_reproduced);
-  EXPECT_THAT(slower.numbers, AllOf(HasSubstr("not beaten by cones"), HasSubstr("0.80 [0.80, 0.80;")));
-  EXPECT_THAT(beaten_by_cones(0.9, 0.05, 2).numbers, HasSubstr("not decided by cones"));
-  EXPECT_EQ(beaten_by_cones(0.9, 0.05, 1.6, true).verdict, ClaimVerdict::not_testable);
-  EXPECT_THAT(claim_refusal(claim_text(R"({"says": "s", "metric": "psnr", "of": "few", "beaten_by": ["who"]})")),
-              HasSubstr("no row is labelled 'who'"));
+// Engines' defaults are held against what could ship: cone maps of as few steps, each setting in several scenes.
+TEST(Claims, EnginesAreToldWithTheirSourcesAndInSeveralScenes) {
+  const std::vector<Claim> claims = built_in_claims();
+  const Claim& engines = *std::ranges::find(claims, "engines", &Claim::id);
+  std::set<std::string> maps;
+  std::set<std::string> views;
+  for (const SceneSpec& scene : engines.scenes) {
+    maps.emplace(heightmap_part(scene.id));
+    views.emplace(view_part(scene.id));
+  }
+  EXPECT_GE(maps.size(), 3U);
+  EXPECT_GE(views.size(), 2U);
+  for (const ClaimRow& row : engines.rows) {
+    const bool is_ours = row.label.find(": ") != std::string::npos;
+    EXPECT_EQ(row.source.empty(), is_ours) << row.label;
+    if (row.label.starts_with("cone maps")) EXPECT_LE(row.settings.get("cone_steps"), 32) << row.label;
+    if (is_ours) continue;
+    const auto check = std::ranges::find(engines.checks, row.label, &ClaimCheck::of);
+    ASSERT_NE(check, engines.checks.end()) << row.label;
+    EXPECT_EQ(check->says, "a tuned setting is faster than " + row.label + ", and no less accurate");
+  }
+  EXPECT_FALSE(engines.checks.back().rather_than.empty());
 }
 
 // A processor's frame times say nothing of a GPU's.
@@ -223,6 +220,42 @@ TEST(Claims, HardwareDrawsThePapersSizes) {
   EXPECT_EQ(out[0]["rows"][0]["scene"], "spikes_512x512/oblique");
   EXPECT_EQ(out[0]["rows"][0]["map_px"], (nlohmann::json{512, 512}));
   EXPECT_EQ(out[0]["rows"][0]["frame_px"], (nlohmann::json{24, 8}));
+}
+
+constexpr const char* kThreeScenes = R"({"source": "s", "about": "a",
+"scenes": [{"heightmap": {"source": "spikes", "width": 16, "height": 16}, "views": ["top", "oblique", "grazing"],
+            "frame_px": [16, 16]}],
+"metrics": ["e_xy.p99"],
+"rows": [{"label": "few", "settings": "relief?linear_steps=8", "source": "an engine"},
+         {"label": "more", "settings": "relief?linear_steps=9"}],
+"checks": [{"says": "{}", "metric": "e_xy.p99", "of_each": ["few"], "beaten_by": ["more"]}]})";
+
+TEST(Claims, AnInterruptedRunAnswersOfTheScenesThatItDrew) {
+  const std::vector<Claim> claims{parse_claim(kThreeScenes, "x.json")};
+  const auto run_until = [&](int asked_most) {
+    return run_claims(claims, {.backends = {"null"},
+                               .quiet = true,
+                               .is_interrupted = [asked_most, asked = 0]() mutable { return ++asked > asked_most; }});
+  };
+  const std::vector<ClaimResult> whole = run_until(1000);
+  EXPECT_EQ(whole[0].scenes.size(), 3U);
+  EXPECT_EQ(whole[0].undone, 0);
+  const nlohmann::json told = claims_json(whole);
+  EXPECT_FALSE(told[0].contains("undone"));
+  EXPECT_EQ(told[0]["rows"][0]["source"], "an engine");
+  EXPECT_FALSE(told[0]["rows"][1].contains("source"));
+
+  // Asked once before it measures the device, then thrice a scene: of the second one a row is left out.
+  const std::vector<ClaimResult> some = run_until(1 + 3 + 2);
+  ASSERT_EQ(some[0].scenes.size(), 1U);
+  EXPECT_EQ(some[0].undone, 2);
+  EXPECT_THAT(some[0].answers[0].numbers, HasSubstr("in 1 scene"));
+  EXPECT_EQ(claims_json(some)[0]["undone"], 2);
+
+  const std::vector<ClaimResult> none = run_until(0);
+  EXPECT_EQ(none[0].undone, 3);
+  EXPECT_EQ(none[0].answers[0].verdict, ClaimVerdict::not_testable);
+  EXPECT_EQ(none[0].answers[0].numbers, "interrupted before a scene was drawn");
 }
 
 TEST(Claims, OneThatIsKnownToFailSaysWhy) {

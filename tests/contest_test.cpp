@@ -1,5 +1,7 @@
 #include <gmock/gmock.h>
 
+#include <nlohmann/json.hpp>
+
 #include "kernels/base/error.h"
 #include "tuner/measure/claims.h"
 
@@ -55,6 +57,25 @@ TEST(Contests, are_over_all_scenes) {
                                         ElementsAre("paper: x", "2.00", "8.00", "3.17")));
 }
 
+// A mean over views has several winners: each scene tells its own, with an interval.
+TEST(Contests, tell_each_scenes_winner_and_interval) {
+  const Claim claim = contest(kEach);
+  std::vector<SceneFigures> scenes =
+      in_all_scenes(claim, {figures(1, 0.1, 8, 8), figures(1, 0.1, 4, 4), figures(2, 0, 1, 1)});
+  scenes[1].rows[2] = figures(0.5, 0, 1, 1);
+  scenes[1].rows[2].times_ns[1] = 2;
+  ClaimResult result{.claim = &claim, .scenes = scenes, .answers = {judge_contest(claim, claim.checks[0], scenes)}};
+  const nlohmann::json duels = claims_json({&result, 1})[0]["checks"][0]["duels"];
+  ASSERT_EQ(duels.size(), 3U);
+  EXPECT_EQ(duels[0]["by"], "ours: a");
+  EXPECT_EQ(duels[1]["scene"], "spikes_16x16/oblique");
+  EXPECT_EQ(duels[1]["of"], "paper: x");
+  EXPECT_EQ(duels[1]["by"], "ours: b");
+  EXPECT_EQ(duels[1]["times_as_fast"]["median"], 8);
+  EXPECT_EQ(duels[1]["times_as_fast"]["ci_high"], 8);
+  EXPECT_EQ(duels[1]["times_as_fast"]["n"], 9);
+}
+
 TEST(Contests, let_in_nothing_less_accurate_and_nothing_is_slower_than_itself) {
   const Claim claim = contest(kEach);
   // One misses more, one errs more.
@@ -81,12 +102,87 @@ TEST(Contests, compare_the_best_within_a_bound) {
       in_all_scenes(claim, {figures(0.5, 0, 8, 8), figures(0.4, 0, 4, 4), figures(0.6, 0, 1, 1)});
   ClaimAnswer answer = judge_contest(claim, claim.checks[0], scenes);
   EXPECT_THAT(answer.numbers, StartsWith("2.00 [2.00, 2.00; 96.1 %] times as fast, geometric mean of 3 over 3"));
-  EXPECT_THAT(answer.table[1], ElementsAre("spikes_16x16/top", "paper: x", "ours: a", "2.00"));
+  ASSERT_EQ(answer.duels.size(), 3U);
+  EXPECT_EQ(answer.duels[0].scene, "spikes_16x16/top");
+  EXPECT_EQ(answer.duels[0].of, "paper: x");
+  EXPECT_EQ(answer.duels[0].by, "ours: a");
+  EXPECT_EQ(answer.duels[0].times_as_fast.median, 2);
   scenes[0].rows[0] = figures(0.6, 0, 8, 8);  // then there is nothing to beat in it
   answer = judge_contest(claim, claim.checks[0], scenes);
   EXPECT_THAT(answer.numbers, HasSubstr("geometric mean of 2 over 3"));
   for (SceneFigures& scene : scenes) scene.rows[0] = figures(0.6, 0, 8, 8);
   EXPECT_EQ(judge_contest(claim, claim.checks[0], scenes).verdict, ClaimVerdict::not_testable);
+}
+
+constexpr const char* kOne = R"({"says": "{} is beaten", "metric": "e_xy.p99", "of_each": ["paper: *"],
+"beaten_by": ["*"]})";
+
+TEST(Contests, hold_what_is_tuned_against_a_setting) {
+  const Claim claim = contest(kOne);
+  ASSERT_EQ(claim.checks.size(), 1U);
+  EXPECT_EQ(claim.checks[0].says, "paper: x is beaten");
+  EXPECT_EQ(claim.checks[0].of, "paper: x");
+  const auto judged_with = [&](const ClaimFigures& a, const ClaimFigures& b, double b_errs_once) {
+    std::vector<SceneFigures> scenes = in_all_scenes(claim, {figures(1, 0.1, 8, 8), a, b});
+    scenes[2].rows[2].values["e_xy.p99"] = b_errs_once;
+    return judge_contest(claim, claim.checks[0], scenes);
+  };
+  const ClaimAnswer beaten = judged_with(figures(0.5, 0, 4, 4), figures(1, 0.1, 2, 2), 1.1);
+  EXPECT_EQ(beaten.verdict, ClaimVerdict::reproduced);  // 4, 4 and 2: the cube root of 32
+  EXPECT_EQ(beaten.numbers,
+            "paper: x (e_xy.p99 1 to 1, 0.1000 missed at most, in 3 scenes) is beaten: the fastest in each scene that "
+            "is no less accurate there is 3.17 [3.17, 3.17; 96.1 %] times as fast ('ours: a' in 1, 'ours: b' in 2); "
+            "one setting for all of them: 'ours: a' (e_xy.p99 0.5 to 0.5, 0.0000 missed at most), 2.00 [2.00, 2.00; "
+            "96.1 %] times.");
+  EXPECT_EQ(beaten.duels.size(), 3U);
+  EXPECT_EQ(beaten.duels[0].by, "ours: b");
+  // Chosen by other rounds than those that are told.
+  EXPECT_THAT(judged_with(figures(1, 0.1, 2, 10), figures(1, 0.1, 4, 4), 1).numbers,
+              HasSubstr("is not beaten: the fastest in each scene that is no less accurate there is 0.80 [0.80,"));
+  // One with the same settings, which it is itself here, is no other.
+  const ClaimAnswer alone = judged_with(figures(1, 0.2, 1, 1), figures(1.1, 0.1, 1, 1), 1.1);
+  EXPECT_EQ(alone.verdict, ClaimVerdict::not_reproduced);
+  EXPECT_THAT(alone.numbers, HasSubstr("is 1.00 [1.00, 1.00; 96.1 %] times as fast (itself in 3); one setting for all "
+                                       "of them: none of 2 others is as accurate in all of them."));
+}
+
+constexpr const char* kGroups = R"({"says": "s", "metric": "e_xy.p99", "of_each": ["paper: *", "engine"],
+"beaten_by": ["ours: *"], "rather_than": ["linear: *"]})";
+
+TEST(Contests, hold_groups_of_settings_against_the_same) {
+  std::string text = contest_text(kGroups);
+  const std::string more = R"(, {"label": "engine", "settings": "relief?linear_steps=10"},
+{"label": "linear: c", "settings": "relief?linear_steps=11"}],)";
+  const std::size_t end = text.find("],\n\"checks\"");
+  text.replace(end, 2, more);
+  const Claim claim = parse_claim(text, "x.json");
+  // paper: x, ours: a, ours: b, engine, linear: c
+  const auto judged_with = [&](double ours_ns, double linear_ns, double linear_error) {
+    return judge_contest(
+        claim, claim.checks[0],
+        in_all_scenes(claim, {figures(1, 0.1, 8, 8), figures(1, 0.1, ours_ns, ours_ns), figures(2, 0, 1, 1),
+                              figures(3, 0.1, 0.6, 0.6), figures(linear_error, 0.1, linear_ns, linear_ns)}));
+  };
+  const ClaimAnswer win = judged_with(2, 4, 1);
+  EXPECT_EQ(win.verdict, ClaimVerdict::reproduced);
+  EXPECT_EQ(
+      win.numbers,
+      "The fastest that is no less accurate, of 2 in 3 scenes: ours 3 times, linear 0 times, itself 3 times. Where "
+      "both are as accurate, ours are 2.83 [2.83, 2.83; 96.1 %] times as fast as linear, geometric mean of 6 "
+      "(oblique 2.83 [2.83, 2.83], top 2.83 [2.83, 2.83]): ours win.");
+  EXPECT_THAT(win.table[1],
+              ElementsAre("paper: x", "4.00 [4.00, 4.00]", "2.00 [2.00, 2.00]", "2.00 [2.00, 2.00]", "3, 0, 0"));
+  EXPECT_THAT(win.table[2],
+              ElementsAre("engine", "0.60 [0.60, 0.60]", "0.15 [0.15, 0.15]", "4.00 [4.00, 4.00]", "0, 0, 3"));
+  EXPECT_EQ(win.duels.size(), 6U);
+  const ClaimAnswer loss = judged_with(4, 0.25, 1);
+  EXPECT_EQ(loss.verdict, ClaimVerdict::not_reproduced);
+  EXPECT_THAT(loss.numbers, HasSubstr("ours 0 times, linear 6 times, itself 0 times"));
+  EXPECT_THAT(loss.numbers, HasSubstr("ours lose."));
+  const ClaimAnswer alone = judged_with(4, 2, 3.5);
+  EXPECT_EQ(alone.verdict, ClaimVerdict::not_testable);
+  EXPECT_THAT(alone.numbers, HasSubstr("ours 3 times, linear 0 times, itself 3 times."));
+  EXPECT_THAT(alone.table[1], ElementsAre("paper: x", "2.00 [2.00, 2.00]", "-", "-", "3, 0, 0"));
 }
 
 std::string contest_refusal(const char* check) {
@@ -100,7 +196,7 @@ std::string contest_refusal(const char* check) {
 }
 
 TEST(Contests, refusals_say_what_goes_together) {
-  const char* const kTogether = "'by_factor' goes with 'beaten_by' and either 'of_each', or 'best_of' and 'at_most'";
+  const char* const kTogether = "'beaten_by' goes with 'of'; or with 'of_each', and 'rather_than' or 'by_factor'; or";
   EXPECT_THAT(contest_refusal(R"({"says": "s", "metric": "psnr", "of_each": ["*"], "by_factor": 2})"),
               HasSubstr(kTogether));
   EXPECT_THAT(
@@ -110,6 +206,14 @@ TEST(Contests, refusals_say_what_goes_together) {
   EXPECT_THAT(
       contest_refusal(R"({"says": "s", "metric": "psnr", "best_of": ["*"], "beaten_by": ["*"], "by_factor": 2})"),
       HasSubstr(kTogether));
+  for (const char* rest : {R"("of_each": ["*"])", R"("of": "ours: a", "of_each": ["*"], "beaten_by": ["*"])",
+                           R"("of": "ours: a", "beaten_by": ["*"], "rather_than": ["*"])",
+                           R"("of": "ours: a", "beaten_by": ["*"], "at_most": 1)",
+                           R"("of": "ours: a", "beaten_by": ["*"], "by_factor": 2)",
+                           R"("of_each": ["*"], "beaten_by": ["*"], "rather_than": ["*"], "by_factor": 2)"})
+    EXPECT_THAT(contest_refusal(fmt::format(R"({{"says": "s", "metric": "psnr", {}}})", rest).c_str()),
+                HasSubstr(kTogether))
+        << rest;
   EXPECT_THAT(contest_refusal(R"({"says": "s", "metric": "psnr", "of_each": ["none*"], "beaten_by": ["*"]})"),
               HasSubstr("no row is labelled 'none*'"));
   EXPECT_THAT(contest_refusal(R"({"says": "s", "metric": "psnr", "of": "ours: a", "at_most": 1})"),

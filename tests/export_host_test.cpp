@@ -15,6 +15,7 @@
 #include "kernels/image/image.h"
 #include "kernels/image/ktx2.h"
 #include "tests/browser.h"
+#include "tests/command.h"
 #include "tests/raw_vulkan.h"
 #include "tests/technique_rig.h"
 

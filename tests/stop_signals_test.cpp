@@ -86,5 +86,18 @@ TEST_F(StopSignals, sigterm_ends_stress_with_what_was_drawn) {
   }
 }
 
+// It writes no folder: it is drawing once its progress is told.
+TEST_F(StopSignals, sigterm_ends_claims_with_the_answer_so_far) {
+  const pid_t child = start_reliefbench({"claims", "--filter", "engines", "--backend", "null", "--json"},
+                                        folder_.path(), {.before_start = [] {
+                                          for (const int signal : kStopSignals) std::signal(signal, SIG_DFL);
+                                        }});
+  while (file_text(folder_ / "stderr.txt").empty()) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  kill(child, SIGTERM);
+  const CommandResult result = wait_for(child, folder_.path());
+  EXPECT_EQ(result.exit_code, static_cast<int>(Exit::inconclusive)) << "signal " << result.signal << result.err;
+  EXPECT_GT(nlohmann::json::parse(result.out).back().at("undone"), 0);
+}
+
 }  // namespace
 }  // namespace reliefbench

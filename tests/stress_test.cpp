@@ -97,6 +97,26 @@ TEST(Extremes, EveryMapFormatAndEncodingThatMakesSenseIsTriedOnce) {
   }
 }
 
+TEST(Extremes, EveryWayToMarchIsTriedOnce) {
+  const auto has = [](std::string_view technique, const std::vector<SettingChange>& choices) {
+    return std::ranges::any_of(stress_settings(find_technique(technique), {}, {}), [&](const Settings& settings) {
+      return std::ranges::all_of(choices,
+                                 [&](const SettingChange& one) { return settings.choice(one.first) == one.second; });
+    });
+  };
+  for (const char* technique : {"sector_cone", "sector_relaxed"})
+    for (const char* sectors : {"4", "8", "16"}) EXPECT_TRUE(has(technique, {{"sectors", sectors}})) << technique;
+  for (const char* steps_by : {"count", "view", "slope", "length"})
+    EXPECT_TRUE(has("relief", {{"steps_by", steps_by}})) << steps_by;
+  for (const char* dither : {"pixel", "temporal"}) EXPECT_TRUE(has("relief", {{"dither", dither}})) << dither;
+  for (const char* technique : {"cone", "quad_cone"})
+    for (const char* factor : {"1_3", "auto"})
+      EXPECT_TRUE(has(technique, {{"over_relaxation", factor}, {"step", "plain"}})) << technique;
+  for (const Technique& technique : techniques())
+    if (technique.passes.empty() && !technique.is_of_solids())
+      EXPECT_TRUE(has(technique.id, {{"dispatch", "compute"}})) << technique.id;
+}
+
 TEST(RandomExtremes, ASceneDependsOnSeedAndIndexAlone) {
   const auto texts = [](int count, std::uint64_t seed) {
     std::vector<std::string> all;

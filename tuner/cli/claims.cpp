@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -14,9 +15,11 @@
 #include "kernels/base/error.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
+#include "tuner/cli/interrupt.h"
 #include "tuner/cli/options.h"
 #include "tuner/measure/sweep.h"
 #include "tuner/plan/plan.h"
+#include "tuner/results/statistics.h"
 
 namespace reliefbench {
 namespace {
@@ -64,8 +67,25 @@ void print_rows(const ClaimResult& result, const Paint& paint) {
   put("{}", columns(rows, "  "));
 }
 
+/// Each setting that is beaten, and under it a line a scene: how many times as fast is which.
+void print_duels(std::vector<ClaimDuel> duels, const Paint& paint) {
+  if (duels.empty()) return;
+  std::ranges::stable_sort(duels, {}, &ClaimDuel::of);
+  std::vector<std::vector<std::string>> lines;
+  std::string_view last;
+  for (const ClaimDuel& duel : duels) {
+    const Summary& ratio = duel.times_as_fast;
+    if (duel.of != last) lines.push_back({paint.bold(duel.of)});
+    last = duel.of;
+    lines.push_back({"  " + duel.scene,
+                     fmt::format("{:.2f} [{:.2f}, {:.2f}]", ratio.median, ratio.ci_low, ratio.ci_high), duel.by});
+  }
+  put("  times as fast [{}], and what is\n{}", coverage_text(duels.front().times_as_fast.n), columns(lines, "  "));
+}
+
 /// What a claim was drawn of, and how large.
 std::string drawn(const ClaimResult& result) {
+  if (result.scenes.empty()) return "of no scene";
   const SceneFigures& first = result.scenes.front();
   const std::string frame = fmt::format("{}x{}", first.scene->scene.width_px, first.scene->scene.height_px);
   if (result.scenes.size() > 1) return fmt::format("{} scenes at {} px", result.scenes.size(), frame);
@@ -78,16 +98,24 @@ void print_result(const ClaimResult& result, const Paint& paint) {
   put("{}  {} on {}, {} ({})\n{}\n", paint.bold(claim.id), claim.source, result.backend, drawn(result), result.device,
       claim.about);
   if (!result.missing.empty()) put("Left out: {}; `./dev setup` fetches them\n", fmt::join(result.missing, ", "));
+  if (result.undone > 0)
+    put("interrupted: {} of {} scenes were not drawn; the answer so far\n", result.undone,
+        result.undone + static_cast<int>(count));
   if (count == 1 && result.scenes.front().failure.empty()) print_rows(result, paint);
   for (std::size_t i = 0; i < claim.checks.size(); ++i) {
+    const ClaimCheck& check = claim.checks[i];
     const ClaimAnswer& answer = result.answers[i];
     if (!answer.table.empty()) put("{}", columns(answer.table, "  "));
-    put("  {}: {}\n    {}\n", painted(answer.verdict, paint), claim.checks[i].says, answer.numbers);
+    if (check.by_factor > 0) print_duels(answer.duels, paint);
+    put("  {}: {}\n    {}\n", painted(answer.verdict, paint), check.says, answer.numbers);
+    if (check.of.empty()) continue;
+    if (const std::string& source = claim.rows[claim.row_index(check.of)].source; !source.empty())
+      put("    {}\n", paint.dim("its source: " + source));
   }
   put("\n");
 }
 
-void claims_command(const ClaimsArguments& arguments) {
+Exit claims_command(const ClaimsArguments& arguments) {
   std::vector<Claim> claims = built_in_claims();
   std::erase_if(claims, [&](const Claim& claim) {
     return !arguments.filter.empty() && !glob_matches(arguments.filter, claim.id);
@@ -98,8 +126,12 @@ void claims_command(const ClaimsArguments& arguments) {
       arguments.quick ? std::vector<DeviceInfo>() : chosen_devices(backend_ids, arguments.device);
   const std::string why = set_sizes(claims, devices, arguments.frame_px);
   if (!why.empty() && !arguments.json) put("{}\n\n", why);
-  const std::vector<ClaimResult> results = run_claims(
-      claims, {.backends = backend_ids, .device = arguments.device, .quiet = arguments.quiet, .open = open_isolated});
+  heed_interrupts();
+  const std::vector<ClaimResult> results = run_claims(claims, {.backends = backend_ids,
+                                                               .device = arguments.device,
+                                                               .quiet = arguments.quiet,
+                                                               .open = open_isolated,
+                                                               .is_interrupted = is_interrupted});
   if (arguments.json) {
     print_json(claims_json(results), 1);
   } else {
@@ -109,13 +141,15 @@ void claims_command(const ClaimsArguments& arguments) {
       print_result(result, paint);
       has_software |= result.is_software;
     }
-    if (has_software) put("* ms on a software rasteriser: its ratios decide nothing\n");
+    if (has_software) put("* ms on a software rasteriser: no paper's figure of a GPU is tested by them\n");
   }
+  const bool is_whole = std::ranges::all_of(results, [](const ClaimResult& result) { return result.undone == 0; });
+  return is_whole ? Exit::done : Exit::inconclusive;
 }
 
 }  // namespace
 
-void add_claims_command(CLI::App& app, Exit& /*exit_code*/) {
+void add_claims_command(CLI::App& app, Exit& exit_code) {
   CLI::App* command =
       app.add_subcommand("claims", "the papers' tables re-run: their figures beside ours, a verdict each");
   const auto arguments = std::make_shared<ClaimsArguments>();
@@ -130,8 +164,9 @@ void add_claims_command(CLI::App& app, Exit& /*exit_code*/) {
       "Hardware draws at 1080p, procedural heightmaps of 512x512 at least; bake_time is of its GPU bakers, by its own\n"
       "clock, without upload and read-back. Software rasterisers draw the claims' own small sizes; bake_time then is\n"
       "of one thread of the processor.\n"
+      "Ctrl-C, SIGTERM and SIGHUP (a closed terminal) end it with the answer of the scenes that were drawn.\n"
       "Example:\n  reliefbench claims --backend vulkan");
-  command->callback([arguments] { claims_command(*arguments); });
+  command->callback([arguments, &exit_code] { exit_code = claims_command(*arguments); });
 }
 
 }  // namespace reliefbench

@@ -21,6 +21,7 @@
 #include "tuner/measure/timed_in_turns.h"
 #include "tuner/plan/scene_key.h"
 #include "tuner/plan/setting_space.h"
+#include "tuner/results/record.h"
 #include "tuner/results/statistics.h"
 
 namespace reliefbench {
@@ -64,6 +65,7 @@ struct Bench {
   WallSplit& split;
   Progress& progress;
   double cooling_pause_s;
+  const std::function<bool()>& is_interrupted;
 };
 
 /// Median frame times, corrected for drift, of draws that are timed in turn; none where the device was held back.
@@ -101,11 +103,11 @@ bool is_at_hand(const HeightmapSpec& spec) {
 }
 
 /// Whether it is decided by what draw_block() times.
-bool rests_on_frame_times(const ClaimCheck& check) {
-  return check.is_contest() || !check.beaten_by.empty() || check.metric == "frame_time";
-}
+bool rests_on_frame_times(const ClaimCheck& check) { return check.is_contest() || check.metric == "frame_time"; }
 
-SceneFigures run_scene(const Claim& claim, const SceneSpec& spec, const Heightfield& heights, const Bench& bench) {
+/// returns: nullopt where it was interrupted
+std::optional<SceneFigures> run_scene(const Claim& claim, const SceneSpec& spec, const Heightfield& heights,
+                                      const Bench& bench) {
   SceneFigures result{.scene = &spec, .map_px = {heights.width, heights.height}};
   Session& session = bench.session;
   Backend& backend = session.backend();
@@ -116,6 +118,7 @@ SceneFigures run_scene(const Claim& claim, const SceneSpec& spec, const Heightfi
   std::vector<Frame> frames;
   std::vector<std::vector<Draw>> draws;
   for (const ClaimRow& row : claim.rows) {
+    if (bench.is_interrupted()) return std::nullopt;
     const MapOfRow& made = maps.map_of(row.settings);
     const Frame& frame = frames.emplace_back(upload(backend, pack(row.settings, made.map, scene), uploaded));
     draws.push_back(shaded_draws(session, row.settings, scene, frame.draw));
@@ -131,15 +134,16 @@ SceneFigures run_scene(const Claim& claim, const SceneSpec& spec, const Heightfi
 }
 
 /// run_scene(), or why it can't be drawn.
-SceneFigures try_scene(const Claim& claim, const SceneSpec& spec, const Bench& bench) {
+std::optional<SceneFigures> try_scene(const Claim& claim, const SceneSpec& spec, const Bench& bench) {
   const Heightfield heights = load_heightmap(spec.heightmap);
-  SceneFigures figures;
+  std::optional<SceneFigures> figures;
   std::string failure = attempt(bench.session, [&] { figures = run_scene(claim, spec, heights, bench); });
   if (failure.empty()) return figures;
-  return {.scene = &spec, .map_px = {heights.width, heights.height}, .failure = std::move(failure)};
+  return SceneFigures{.scene = &spec, .map_px = {heights.width, heights.height}, .failure = std::move(failure)};
 }
 
 ClaimAnswer answer_of(const Claim& claim, const ClaimCheck& check, const ClaimResult& result) {
+  if (result.scenes.empty()) return {.verdict = ClaimVerdict::not_testable, .numbers = "interrupted before a scene was drawn"};
   for (const SceneFigures& scene : result.scenes)
     if (!scene.failure.empty())
       return {.verdict = ClaimVerdict::not_testable, .numbers = fmt::format("{}: {}", scene.scene->id, scene.failure)};
@@ -169,10 +173,18 @@ ClaimResult run_claim(const Claim& claim, const Bench& bench, const std::functio
       if (std::ranges::find(result.missing, source) == result.missing.end()) result.missing.push_back(source);
       continue;
     }
-    tell(scene);
-    result.scenes.push_back(try_scene(claim, scene, bench));
+    std::optional<SceneFigures> figures;
+    if (!bench.is_interrupted()) {
+      tell(scene);
+      figures = try_scene(claim, scene, bench);
+    }
+    if (figures)
+      result.scenes.push_back(std::move(*figures));
+    else
+      ++result.undone;
   }
-  if (result.scenes.empty()) fail_input("claim {}: none of its heightmaps is there; run `./dev setup`", claim.id);
+  if (result.scenes.empty() && result.undone == 0)
+    fail_input("claim {}: none of its heightmaps is there; run `./dev setup`", claim.id);
   for (const ClaimCheck& check : claim.checks) result.answers.push_back(answer_of(claim, check, result));
   return result;
 }
@@ -180,49 +192,6 @@ ClaimResult run_claim(const Claim& claim, const Bench& bench, const std::functio
 std::optional<double> value_of(const ClaimFigures& figures, std::string_view metric) {
   const auto found = figures.values.find(std::string(metric));
   return found == figures.values.end() ? std::nullopt : std::optional(found->second);
-}
-
-/// Whether a row has no more of a metric than another, nor more misses.
-bool is_no_worse(const ClaimFigures& row, const ClaimFigures& than, std::string_view metric) {
-  return std::ranges::all_of(std::array{metric, std::string_view("missed_rate")}, [&](std::string_view id) {
-    const std::optional<double> own = value_of(row, id);
-    const std::optional<double> other = value_of(than, id);
-    return own && other && *own <= *other;
-  });
-}
-
-/// Of a time to another, round by round.
-Summary time_ratio(const ClaimFigures& of, const ClaimFigures& to) {
-  std::vector<double> ratios(std::min(of.times_ns.size(), to.times_ns.size()));
-  for (std::size_t i = 0; i < ratios.size(); ++i) ratios[i] = of.times_ns[i] / to.times_ns[i];
-  return summarise(ratios);
-}
-
-/// Which of some rows is the fastest of those that are no worse, and by how much; whether it is faster. A row with the
-/// same settings is no other.
-std::pair<bool, std::string> beaten(const Claim& claim, const ClaimCheck& check,
-                                    std::span<const ClaimFigures> measured) {
-  const auto row = [&](const std::string& label) -> const ClaimFigures& { return measured[claim.row_index(label)]; };
-  const auto setting = [&](const std::string& label) {
-    return setting_id(claim.rows[claim.row_index(label)].settings);
-  };
-  const ClaimFigures& of = row(check.of);
-  const std::string own = fmt::format("{} {:.3g}, {:.4f} missed", check.metric, *value_of(of, check.metric),
-                                      value_of(of, "missed_rate").value_or(0));
-  const std::string* best = nullptr;
-  for (const std::string& label : check.beaten_by)
-    if (setting(label) != setting(check.of) && is_no_worse(row(label), of, check.metric) &&
-        (best == nullptr || median(row(label).times_ns) < median(row(*best).times_ns)))
-      best = &label;
-  if (best == nullptr)
-    return {false, fmt::format("{}: not beaten, none of the {} others is as accurate", own, check.beaten_by.size())};
-  const Summary ratio = time_ratio(of, row(*best));
-  const std::string_view outcome = ratio.ci_low > 1 ? "beaten" : ratio.ci_high < 1 ? "not beaten" : "not decided";
-  return {ratio.ci_low > 1,
-          fmt::format("{}: {} by {}, which has {:.3g}, {:.4f} missed, and is {:.2f} [{:.2f}, {:.2f}; {}] times as fast",
-                      own, outcome, *best, *value_of(row(*best), check.metric),
-                      value_of(row(*best), "missed_rate").value_or(0), ratio.median, ratio.ci_low, ratio.ci_high,
-                      coverage_text(ratio.n))};
 }
 
 /// Of an image nothing: it has the size that it has.
@@ -236,6 +205,30 @@ void enlarge_map(SceneSpec& scene) {
 
 bool has_compute_row(const Claim& claim) {
   return std::ranges::any_of(claim.rows, [](const ClaimRow& row) { return is_by_compute(row.settings); });
+}
+
+nlohmann::json row_json(const SceneFigures& scene, const ClaimRow& row, std::size_t i) {
+  nlohmann::json line = {{"label", row.label},
+                         {"scene", scene.scene->id},
+                         {"map_px", {scene.map_px.width, scene.map_px.height}},
+                         {"frame_px", {scene.scene->scene.width_px, scene.scene->scene.height_px}},
+                         {"settings", setting_id(row.settings)},
+                         {"paper", row.paper},
+                         {"ours", scene.rows[i].values}};
+  if (!row.source.empty()) line["source"] = row.source;
+  return line;
+}
+
+nlohmann::json check_json(const ClaimCheck& check, const ClaimAnswer& answer) {
+  nlohmann::json duels = nlohmann::json::array();
+  for (const ClaimDuel& duel : answer.duels)
+    duels.push_back(
+        {{"scene", duel.scene}, {"of", duel.of}, {"by", duel.by}, {"times_as_fast", summary_json(duel.times_as_fast)}});
+  return {{"says", check.says},
+          {"verdict", claim_verdict_id(answer.verdict)},
+          {"numbers", answer.numbers},
+          {"table", answer.table},
+          {"duels", std::move(duels)}};
 }
 
 }  // namespace
@@ -260,14 +253,10 @@ ClaimAnswer judge_claim(const Claim& claim, const ClaimCheck& check, std::span<c
   const std::optional<double> of = value_of(figures(check.of), check.metric);
   if (!of) return not_testable(check.of);
   const auto answer = [&](bool holds, std::string numbers) {
-    const bool decides = !is_software || (!is_time(check.metric) && check.beaten_by.empty());
-    if (!decides) return ClaimAnswer{ClaimVerdict::not_testable, numbers + " (a software rasteriser's)"};
+    if (is_software && is_time(check.metric))
+      return ClaimAnswer{ClaimVerdict::not_testable, numbers + " (a software rasteriser's)"};
     return ClaimAnswer{holds ? ClaimVerdict::reproduced : ClaimVerdict::not_reproduced, std::move(numbers)};
   };
-  if (!check.beaten_by.empty()) {
-    auto [is_faster, numbers] = beaten(claim, check, measured);
-    return answer(is_faster, std::move(numbers));
-  }
   if (check.at_most) return answer(*of <= *check.at_most, fmt::format("{:.4g}, at most {:.4g}", *of, *check.at_most));
   const std::string& label = check.than.empty() ? check.to : check.than;
   const std::optional<double> other = value_of(figures(label), check.metric);
@@ -304,9 +293,12 @@ std::vector<ClaimResult> run_claims(std::span<const Claim> claims, const ClaimOp
     const bool has_compute = std::ranges::any_of(claims, has_compute_row);
     if (!has_compute && !session.device().software && std::ranges::any_of(claims, asks_for_bakes))
       session.audit_compute_timers();
-    session.calibrate(kBatch_ms, nullptr);
-    const Bench bench{
-        .session = session, .split = split, .progress = progress, .cooling_pause_s = options.cooling_pause_s};
+    if (!options.is_interrupted()) session.calibrate(kBatch_ms, nullptr);
+    const Bench bench{.session = session,
+                      .split = split,
+                      .progress = progress,
+                      .cooling_pause_s = options.cooling_pause_s,
+                      .is_interrupted = options.is_interrupted};
     for (const Claim& claim : claims) {
       double scenes = 0;
       results.push_back(run_claim(claim, bench, [&](const SceneSpec& scene) {
@@ -324,22 +316,10 @@ nlohmann::json claims_json(std::span<const ClaimResult> results) {
   for (const ClaimResult& result : results) {
     nlohmann::json rows = nlohmann::json::array();
     for (const SceneFigures& scene : result.scenes)
-      for (std::size_t i = 0; i < scene.rows.size(); ++i) {
-        const ClaimRow& row = result.claim->rows[i];
-        rows.push_back({{"label", row.label},
-                        {"scene", scene.scene->id},
-                        {"map_px", {scene.map_px.width, scene.map_px.height}},
-                        {"frame_px", {scene.scene->scene.width_px, scene.scene->scene.height_px}},
-                        {"settings", fmt::format("{}?{}", row.settings.technique().id, row.settings.text())},
-                        {"paper", row.paper},
-                        {"ours", scene.rows[i].values}});
-      }
+      for (std::size_t i = 0; i < scene.rows.size(); ++i) rows.push_back(row_json(scene, result.claim->rows[i], i));
     nlohmann::json checks = nlohmann::json::array();
     for (std::size_t i = 0; i < result.claim->checks.size(); ++i)
-      checks.push_back({{"says", result.claim->checks[i].says},
-                        {"verdict", claim_verdict_id(result.answers[i].verdict)},
-                        {"numbers", result.answers[i].numbers},
-                        {"table", result.answers[i].table}});
+      checks.push_back(check_json(result.claim->checks[i], result.answers[i]));
     list.push_back({{"id", result.claim->id},
                     {"source", result.claim->source},
                     {"about", result.claim->about},
@@ -349,6 +329,7 @@ nlohmann::json claims_json(std::span<const ClaimResult> results) {
                     {"software", result.is_software},
                     {"rows", std::move(rows)},
                     {"checks", std::move(checks)}});
+    if (result.undone > 0) list.back()["undone"] = result.undone;
   }
   return list;
 }

@@ -1,5 +1,5 @@
 #pragma once
-#include <filesystem>
+#include <functional>
 #include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -12,6 +12,7 @@
 #include "tuner/measure/draw_block.h"
 #include "tuner/measure/session.h"
 #include "tuner/plan/claims_config.h"
+#include "tuner/results/statistics.h"
 
 namespace reliefbench {
 
@@ -23,10 +24,19 @@ enum class ClaimVerdict {
 };
 [[nodiscard]] std::string_view claim_verdict_id(ClaimVerdict verdict);
 
+/// In one scene of a contest: a setting, and how many times as fast another one is.
+struct ClaimDuel {
+  std::string scene;
+  std::string of;
+  std::string by;
+  Summary times_as_fast;
+};
+
 struct ClaimAnswer {
   ClaimVerdict verdict = ClaimVerdict::not_testable;
   std::string numbers;  ///< "0.12 texels against 0.34", the paper's beside ours where it has one
   std::vector<std::vector<std::string>> table{};  ///< of a contest: lines of cells, a head first
+  std::vector<ClaimDuel> duels{};                 ///< of a contest: what was compared, scene by scene
 };
 
 /// What was measured of a row.
@@ -53,6 +63,7 @@ struct ClaimResult {
   bool is_software = false;
   std::vector<SceneFigures> scenes;  ///< of Claim::scenes
   std::vector<std::string> missing;  ///< known heightmaps that are not there: their scenes were left out
+  int undone = 0;                    ///< scenes that an interrupted run did not come to
   std::vector<ClaimAnswer> answers;  ///< parallel to Claim::checks
 };
 
@@ -68,12 +79,14 @@ struct ClaimOptions {
   bool quiet = false;
   OpenDevice open = open_device;
   double cooling_pause_s = kCoolingPause_s;
+  std::function<bool()> is_interrupted = [] { return false; };  ///< asked before each scene, and each row is prepared
 };
-/// Runs the claims on every backend. Times on a software rasteriser are measured and shown, but decide nothing: checks
-/// of them are `not_testable`, unless they are contests. Hardware bakes by itself what is asked for its bake_time; a
-/// kind that has no GPU baker, or none that this device takes, has none, and checks of it are `not_testable`. Where the
-/// device is held back, a scene's rows are timed again, see draw_block(); where it stays so, what rests on their times
-/// is `throttled`. A claim of which a scene can't be drawn, at the second attempt() either, is `not_testable`. throws:
+/// Runs the claims on every backend. A paper's figures of time are a GPU's: a software rasteriser's are measured and
+/// shown, but checks against them are `not_testable`. Contests compare times of one device, whichever it is. Hardware
+/// bakes by itself what is asked for its bake_time; a kind that has no GPU baker, or none that this device takes, has
+/// none, and checks of it are `not_testable`. Where the device is held back, a scene's rows are timed again, see
+/// draw_block(); where it stays so, what rests on their times is `throttled`. A claim of which a scene can't be drawn,
+/// at the second attempt() either, is `not_testable`; so is one of which an interrupted run drew no scene. throws:
 /// Error(environment): no such device, no valid timer; Error(bad_input): a heightmap is not there, of several all
 [[nodiscard]] std::vector<ClaimResult> run_claims(std::span<const Claim> claims, const ClaimOptions& options);
 
@@ -81,10 +94,11 @@ struct ClaimOptions {
 [[nodiscard]] ClaimAnswer judge_claim(const Claim& claim, const ClaimCheck& check,
                                       std::span<const ClaimFigures> measured, bool is_software);
 
-/// A contest over the scenes: the geometric mean of quotients of times, the setting behind each chosen by the first,
-/// third, ... round and its quotient taken from the others, so that the choice of the fastest does not flatter it. The
-/// interval is that of the rounds' means: it is of the times' noise, not of other maps. A software rasteriser's times
-/// count: the quotients are of the same shaders on the same device.
+/// A contest over the scenes: the geometric mean of quotients of times. Settings are chosen by the first, third, ...
+/// round and the quotients taken from the others, so that the choice of the fastest does not flatter it. Intervals are
+/// those of the rounds' means: of the times' noise, not of other maps. A software rasteriser's times count: the
+/// quotients are of the same shaders on the same device.
+/// scenes: at least one
 [[nodiscard]] ClaimAnswer judge_contest(const Claim& claim, const ClaimCheck& check,
                                         std::span<const SceneFigures> scenes);
 

@@ -33,10 +33,11 @@ Settings read_settings(const ConfigReader& reader, const JsonNode& node) {
 }
 
 ClaimRow read_row(const ConfigReader& reader, const JsonNode& node) {
-  reader.check_keys(node, {"label", "settings", "paper"});
+  reader.check_keys(node, {"label", "settings", "paper", "source"});
   ClaimRow row{.label = reader.text(reader.required(node, "label")),
                .settings = read_settings(reader, reader.required(node, "settings")),
                .paper = {}};
+  if (const JsonNode* source = node.find("source")) row.source = reader.text(*source);
   if (const JsonNode* paper = node.find("paper"))
     for (const JsonNode& figure : paper->children) {
       if (!is_claim_metric(figure.key)) reader.fail(figure, fmt::format("no metric '{}'", figure.key));
@@ -45,9 +46,36 @@ ClaimRow read_row(const ConfigReader& reader, const JsonNode& node) {
   return row;
 }
 
-ClaimCheck read_check(const ConfigReader& reader, const JsonNode& node, const std::vector<ClaimRow>& rows) {
+bool is_whole_contest(const ClaimCheck& check) {
+  const bool has_each = !check.of_each.empty();
+  const bool has_best = !check.best_of.empty();
+  const bool has_of = !check.of.empty();
+  const bool has_rather = !check.rather_than.empty();
+  if (!check.is_contest() || !(check.than + check.to).empty() || has_best != check.at_most.has_value()) return false;
+  if (check.by_factor > 0) return has_each != has_best && !has_of && !has_rather;
+  return has_each != has_of && !has_best && (has_each || !has_rather);
+}
+
+/// What is read of one: a check, or one of each row that it is of.
+std::vector<ClaimCheck> spread(ClaimCheck check) {
+  if (check.of_each.empty() || !check.rather_than.empty() || check.by_factor > 0) return {std::move(check)};
+  constexpr std::string_view kLabel = "{}";
+  std::vector<ClaimCheck> list;
+  list.reserve(check.of_each.size());
+  for (const std::string& label : check.of_each) {
+    ClaimCheck& one = list.emplace_back(check);
+    one.of_each.clear();
+    one.of = label;
+    if (const std::size_t at = one.says.find(kLabel); at != std::string::npos)
+      one.says.replace(at, kLabel.size(), label);
+  }
+  return list;
+}
+
+std::vector<ClaimCheck> read_check(const ConfigReader& reader, const JsonNode& node,
+                                   const std::vector<ClaimRow>& rows) {
   reader.check_keys(node, {"says", "why", "metric", "of", "than", "to", "quotient", "tolerance", "at_most", "beaten_by",
-                           "of_each", "best_of", "by_factor"});
+                           "of_each", "best_of", "rather_than", "by_factor"});
   const auto labelled = [&](const JsonNode& child) {
     std::string text = reader.text(child);
     if (std::ranges::find(rows, text, &ClaimRow::label) == rows.end())
@@ -78,6 +106,7 @@ ClaimCheck read_check(const ConfigReader& reader, const JsonNode& node, const st
   check.beaten_by = labels("beaten_by");
   check.of_each = labels("of_each");
   check.best_of = labels("best_of");
+  check.rather_than = labels("rather_than");
   if (const JsonNode* factor = node.find("by_factor"))
     check.by_factor = reader.number(*factor, {.low = 0, .above_low = true});
   if (const JsonNode* bound = node.find("at_most")) check.at_most = reader.number(*bound, {});
@@ -85,18 +114,18 @@ ClaimCheck read_check(const ConfigReader& reader, const JsonNode& node, const st
     check.quotient = reader.number(reader.required(node, "quotient"), {.low = 0, .above_low = true});
     check.tolerance = reader.number(reader.required(node, "tolerance"), {.low = 0});
   }
-  if (check.is_contest()) {
-    const bool is_odd = check.beaten_by.empty() || check.of_each.empty() == check.best_of.empty() ||
-                        check.best_of.empty() == check.at_most.has_value();
-    if (is_odd || !(check.of + check.than + check.to).empty())
-      reader.fail(node, "'by_factor' goes with 'beaten_by' and either 'of_each', or 'best_of' and 'at_most'");
-    return check;
+  const bool has_list = !(check.of_each.empty() && check.best_of.empty() && check.rather_than.empty());
+  if (check.is_contest() || has_list || check.by_factor > 0) {
+    if (!is_whole_contest(check))
+      reader.fail(node,
+                  "'beaten_by' goes with 'of'; or with 'of_each', and 'rather_than' or 'by_factor'; or with 'best_of', "
+                  "'at_most' and 'by_factor'");
+    return spread(std::move(check));
   }
   if (check.of.empty()) reader.fail(node, "'of' is missing");
-  const int forms = (check.than.empty() ? 0 : 1) + (check.to.empty() ? 0 : 1) + (check.at_most ? 1 : 0) +
-                    (check.beaten_by.empty() ? 0 : 1);
+  const int forms = (check.than.empty() ? 0 : 1) + (check.to.empty() ? 0 : 1) + (check.at_most ? 1 : 0);
   if (forms != 1) reader.fail(node, "expected one of 'than', 'to', 'at_most' and 'beaten_by'");
-  return check;
+  return {std::move(check)};
 }
 
 }  // namespace
@@ -135,10 +164,10 @@ Claim parse_claim(const std::string& text, const std::filesystem::path& path) {
   for (const JsonNode& metric : reader.items(reader.required(root, "metrics")))
     claim.metrics.push_back(read_metric(reader, metric));
   for (const JsonNode& row : reader.items(reader.required(root, "rows"))) claim.rows.push_back(read_row(reader, row));
-  for (const JsonNode& check : reader.items(reader.required(root, "checks")))
-    claim.checks.push_back(read_check(reader, check, claim.rows));
+  for (const JsonNode& node : reader.items(reader.required(root, "checks")))
+    for (ClaimCheck& check : read_check(reader, node, claim.rows)) claim.checks.push_back(std::move(check));
   if (claim.scenes.size() != 1 && !claim.is_contest())
-    reader.fail(first, "expected one view; several are for checks with 'by_factor'");
+    reader.fail(first, "expected one view; several are for checks with 'beaten_by'");
   return claim;
 }
 

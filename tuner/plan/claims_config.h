@@ -15,14 +15,19 @@ struct ClaimRow {
   std::string label;
   Settings settings;
   std::map<std::string, double> paper;
+  std::string source{};  ///< where an engine's setting is from, ""
 };
 
 /// What a paper says of its table. Exactly one form:
 ///  of `metric` less than that of `than`; or its quotient to that of `to` is `quotient` (within `tolerance`, relative);
-///  or it is at most `at_most`;
-///  or the fastest of `beaten_by` that has no more of `metric`, nor more misses, is faster;
-///  or in the geometric mean over all scenes by `by_factor`: than each of `of_each`; or, of those with at most
-///  `at_most` of `metric`, than the fastest of `best_of`. Lists of labels may have globs.
+///  or it is at most `at_most`.
+/// Or a contest over all scenes, of geometric means:
+///  `of` is beaten by the fastest of `beaten_by` in each scene that has no more of `metric` there, nor more misses;
+///  told beside it is one setting for all of them; or of those that are so held against each of `of_each`, `beaten_by`
+///  have a faster one than `rather_than`; or the fastest in each scene is faster by `by_factor`: than each of
+///  `of_each`; or, of those with at most `at_most` of `metric`, than the fastest of `best_of`.
+/// Lists of labels may have globs. `of_each` with neither `rather_than` nor `by_factor` is read as a check `of` each,
+/// whose label stands where `says` has "{}".
 struct ClaimCheck {
   std::string says;   ///< the claim in words
   std::string why{};  ///< it is not reproduced, where that is known: found by measuring
@@ -36,8 +41,9 @@ struct ClaimCheck {
   std::vector<std::string> beaten_by{};
   std::vector<std::string> of_each{};
   std::vector<std::string> best_of{};
+  std::vector<std::string> rather_than{};
   double by_factor = 0;
-  [[nodiscard]] bool is_contest() const { return by_factor > 0; }  ///< over all scenes
+  [[nodiscard]] bool is_contest() const { return !beaten_by.empty(); }  ///< over all scenes
 };
 
 /// configs/claims/*.json: a table or figure of a paper, re-run.

@@ -123,9 +123,13 @@ std::vector<Settings> stress_settings(const Technique& technique, const std::vec
   };
   vary(usual, "search", [&](const Settings& s) { vary(s, "map", [&](const Settings& m) { vary(m, "format", add); }); });
   if (!extreme.is_large) {
-    for (const std::string_view id : {"encoding", "correction", "step", "filter", "refinement", "lod",
-                                      "over_relaxation", "shadow", "depth", "silhouette"})
+    for (const std::string_view id :
+         {"encoding", "correction", "sectors", "step", "over_relaxation", "steps_by", "dither", "filter", "refinement",
+          "lod", "shadow", "depth", "silhouette", "dispatch"})
       vary(usual, id, add);
+    Settings plain = usual;  // beyond cones whose ends no cell's solution hides
+    set_if_known(plain, "step", "plain");
+    vary(plain, "over_relaxation", add);
   }
   add(usual);
   return list;

@@ -43,7 +43,8 @@ inline constexpr std::string_view kBuiltInExtremes = "standard.json";
 void apply(const std::vector<SettingChange>& changes, Settings& settings);
 
 /// Every map and format of a technique that makes sense, with the changes that all extremes make and those of this one;
-/// and every choice of how the map is corrected, stored and read, but for large maps, whose bakes take long.
+/// and every choice of how the map is corrected, divided, stored, read and marched on, but for large maps, whose bakes
+/// take long.
 [[nodiscard]] std::vector<Settings> stress_settings(const Technique& technique, const std::vector<SettingChange>& all,
                                                     const Extreme& extreme);
 
