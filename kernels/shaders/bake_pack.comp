@@ -35,7 +35,7 @@ float quotient(float a, float b) { return float(double(a) / double(b)); }
 
 #ifdef HAS_FLOATS
 #if CODE_BITS == 16
-const uint BIAS = 112u;  // of a float's exponent over a half's
+const uint BIAS = 112u;          // of a float's exponent over a half's
 const float SCALE = 16777216.0;  // halves without an exponent are multiples of 2^-24
 float value_of(uint code) {
   return code < 1024u ? float(code) * (1.0 / SCALE) : uintBitsToFloat((code << 13) + (BIAS << 23));

@@ -143,7 +143,8 @@ std::optional<SceneFigures> try_scene(const Claim& claim, const SceneSpec& spec,
 }
 
 ClaimAnswer answer_of(const Claim& claim, const ClaimCheck& check, const ClaimResult& result) {
-  if (result.scenes.empty()) return {.verdict = ClaimVerdict::not_testable, .numbers = "interrupted before a scene was drawn"};
+  if (result.scenes.empty())
+    return {.verdict = ClaimVerdict::not_testable, .numbers = "interrupted before a scene was drawn"};
   for (const SceneFigures& scene : result.scenes)
     if (!scene.failure.empty())
       return {.verdict = ClaimVerdict::not_testable, .numbers = fmt::format("{}: {}", scene.scene->id, scene.failure)};
