@@ -22,10 +22,10 @@ int words_of(const TextureImage& image) {
 }
 
 /// A channel of a texture: what is in it, and which of them.
-using Channel = std::pair<PackSource, int>;
+using PackChannel = std::pair<PackSource, int>;
 
-std::vector<Channel> relief_channels(const MapSource& source, const Format& format) {
-  std::vector<Channel> channels{{PackSource::height, 0}};
+std::vector<PackChannel> relief_channels(const MapSource& source, const Format& format) {
+  std::vector<PackChannel> channels{{PackSource::height, 0}};
   if (source.map.content == MapContent::sectors) return channels;
   const bool is_split = format.extra_channels > 0;
   if (source.map.is_solid && !is_split) channels.emplace_back(PackSource::floor, 0);
@@ -36,8 +36,8 @@ std::vector<Channel> relief_channels(const MapSource& source, const Format& form
   return channels;
 }
 
-std::vector<Channel> extra_channels(const MapSource& source) {
-  std::vector<Channel> channels;
+std::vector<PackChannel> extra_channels(const MapSource& source) {
+  std::vector<PackChannel> channels;
   switch (source.map.content) {
     case MapContent::pyramid:
       for (int k = 0; k <= (source.map.is_solid ? 1 : 0); ++k) channels.emplace_back(PackSource::node, k);
@@ -52,7 +52,7 @@ std::vector<Channel> extra_channels(const MapSource& source) {
 }
 
 /// Those that are left are ratios.
-BakePack pack_of(const TextureImage& image, std::vector<Channel> channels, const MapSource& source,
+BakePack pack_of(const TextureImage& image, std::vector<PackChannel> channels, const MapSource& source,
                  const ValueLayout& layout) {
   const auto places = static_cast<std::size_t>(image.layout.channels);
   for (int k = 0; channels.size() < places; ++k)

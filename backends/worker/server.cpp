@@ -129,9 +129,10 @@ class Server {
         request.end();
         for (Attachment& attachment : desc.target.attachments) attachment.name = kept(attachment.name);
         std::unique_ptr<Pipeline> made = backend().compile(desc);
-        return
-            [is_from_cache = made->is_from_cache, keeping_ns = made->keeping_ns,
-             id = pipelines_.add(++last_id_, std::move(made))](WireWriter& out) { out(id, is_from_cache, keeping_ns); };
+        const bool is_from_cache = made->is_from_cache;
+        const double keeping_ns = made->keeping_ns;
+        const ObjectId id = pipelines_.add(++last_id_, std::move(made));
+        return [=](WireWriter& out) { out(id, is_from_cache, keeping_ns); };
       }
       case Call::compile_compute: {
         const auto desc = request.get<ComputeDesc>();
