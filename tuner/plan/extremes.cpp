@@ -8,6 +8,7 @@
 #include "kernels/base/append_file.h"
 #include "kernels/base/embedded.h"
 #include "kernels/base/error.h"
+#include "kernels/maps/map_kind.h"
 #include "tuner/plan/config_assets.h"
 #include "tuner/plan/config_reader.h"
 
@@ -123,10 +124,11 @@ std::vector<Settings> stress_settings(const Technique& technique, const std::vec
   };
   vary(usual, "search", [&](const Settings& s) { vary(s, "map", [&](const Settings& m) { vary(m, "format", add); }); });
   if (!extreme.is_large) {
-    for (const std::string_view id :
-         {"encoding", "correction", "sectors", "step", "over_relaxation", "steps_by", "dither", "filter", "refinement",
-          "lod", "shadow", "depth", "silhouette", "dispatch"})
+    for (const std::string_view id : {"encoding", "correction", "step", "over_relaxation", "steps_by", "dither",
+                                      "filter", "refinement", "lod", "shadow", "depth", "silhouette", "dispatch"})
       vary(usual, id, add);
+    for (const MapRow& map : map_kinds())
+      for (const MapParam& param : map.parameters) vary(usual, param.id, add);
     Settings plain = usual;  // beyond cones whose ends no cell's solution hides
     set_if_known(plain, "step", "plain");
     vary(plain, "over_relaxation", add);
