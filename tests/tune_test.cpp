@@ -74,7 +74,8 @@ TEST_F(TuneTest, a_device_that_does_not_come_back_ends_the_search_and_loses_noth
   const int before = opened.calls(FaultyDevices::draw);
   const int draws = counted.calls(FaultyDevices::draw);
   ASSERT_GT(draws, before + 50);
-  for (int nth = before; nth < draws; nth += (draws - before) / 6) {
+  for (int sixth = 0; sixth < 6; ++sixth) {  // the last draws are those of pictures, which a search can do without
+    const int nth = before + sixth * (draws - before) / 6;
     SCOPED_TRACE(nth);
     const std::string name = "lost" + std::to_string(nth);
     FaultyDevices devices;
