@@ -58,9 +58,9 @@ class BakePasses;
 class GpuBaker {
  public:
   /// dialect: of the backend's row
+  /// packing: what it packs its maps as, where it can
   /// throws: Error(bad_input): a kind that gpu_bakers() has not; Error(environment): a device that has no doubles for a
   /// kind that needs them, or no compute
-  /// packing: what it packs its maps as, where it can
   GpuBaker(Backend& backend, Dialect dialect, MapKind kind, const std::optional<BakePacking>& packing = {});
   /// device: instead of what the backend's is
   GpuBaker(Backend& backend, Dialect dialect, MapKind kind, BakeDevice device,
@@ -73,9 +73,9 @@ class GpuBaker {
   [[nodiscard]] GpuBake bake(const BakeRequest& request) const;
 
  private:
-  /// None: the device cut a search short.
-  /// returns: a buffer
+  /// returns: the buffer that the map's values are left in
   int add_values(BakePasses& passes, Correction correction) const;
+  /// None: the device cut a search short.
   [[nodiscard]] std::optional<GpuBake> bake_once(const BakeRequest& request, int patience) const;
 
   Backend& backend_;

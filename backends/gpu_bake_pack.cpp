@@ -16,10 +16,14 @@ constexpr int kTexelsTogether = 4;  // of one invocation: whole words, whatever 
 
 int bits_of_code(TexelType type) { return 8 * TexelLayout{.type = type, .channels = 1}.bytes(); }
 
-int words_of(const TextureImage& image) {
-  const auto texels = static_cast<int>(image.texels.size()) / image.layout.bytes();
-  return (texels + kTexelsTogether - 1) / kTexelsTogether * image.layout.bytes();
+/// Of all levels. Bytes may be more than an int holds.
+int texels_of(const TextureImage& image) {
+  return static_cast<int>(image.texels.size() / static_cast<std::size_t>(image.layout.bytes()));
 }
+
+/// Invocations leave as many words as a texel has bytes.
+int words_of(const BakePack& pack, const TextureImage& image) { return pack_invocations(pack) * image.layout.bytes(); }
+static_assert(kTexelsTogether == sizeof(std::uint32_t));
 
 /// A channel of a texture: what is in it, and which of them.
 using PackChannel = std::pair<PackSource, int>;
@@ -59,7 +63,7 @@ BakePack pack_of(const TextureImage& image, std::vector<PackChannel> channels, c
     channels.emplace_back(PackSource::ratio, k < source.map.ratios ? k : -1);
   BakePack pack{.relief_depth = source.relief_depth,
                 .channels = image.layout.channels,
-                .texels = static_cast<std::int32_t>(image.texels.size()) / image.layout.bytes(),
+                .texels = texels_of(image),
                 .texel_stride = layout.texel_stride,
                 .ratio_stride = layout.ratio_stride,
                 .is_solid = source.map.is_solid ? 1 : 0};
@@ -74,7 +78,7 @@ BakePack pack_of(const TextureImage& image, std::vector<PackChannel> channels, c
 
 PackPlan pack_plan(const MapSource& source, const Format& format, const MapTextures& blank, const ValueLayout& layout) {
   PackPlan plan{.textures = {pack_of(blank.relief, relief_channels(source, format), source, layout)}};
-  plan.words = words_of(blank.relief);
+  plan.words = words_of(plan.textures.front(), blank.relief);
   if (blank.extra) {
     BakePack& extra = plan.textures.emplace_back(pack_of(*blank.extra, extra_channels(source), source, layout));
     extra.first_word = plan.words;
@@ -83,7 +87,7 @@ PackPlan pack_plan(const MapSource& source, const Format& format, const MapTextu
       const int count = sector_count(source.parameters);
       extra.layers = {SectorAtlas(count, source.heights.width, source.heights.height).columns, count};
     }
-    plan.words += words_of(*blank.extra);
+    plan.words += words_of(extra, *blank.extra);
   }
   for (BakePack& pack : plan.textures) pack.flag_word = plan.words;
   ++plan.words;

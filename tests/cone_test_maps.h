@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "kernels/image/heightfield.h"
+#include "kernels/maps/map_kind.h"
 
 namespace reliefbench {
 
@@ -120,5 +121,13 @@ inline constexpr ConeTestMap kConeTestMaps[] = {
     {"noise", noise_map},       {"checker", checker_map},   {"cliff", cliff_map},
     {"constant", constant_map}, {"pyramids", pyramids_map}, {"tiny", tiny_map},
 };
+
+/// Heights as they are or, for a kind that needs them, with floors, here and there above the tops.
+inline Heightfield heights_for(MapKind kind, Heightfield heights) {
+  if (!find_map(kind).is_solid) return heights;
+  for (std::size_t i = 0; i < heights.texels.size(); ++i)
+    heights.floors.push_back(i % 7 < 2 ? 1.0F : heights.texels[i] * lattice_noise(static_cast<int>(i), 3, 1));
+  return heights;
+}
 
 }  // namespace reliefbench

@@ -145,8 +145,8 @@ void write_mips(MapTextures& textures, const MapSource& source, const RatioLayou
   }
 }
 
-/// Maxima of stored heights are stored heights: nothing is rounded.
-void write_pyramid(TextureImage& image, std::span<const float> values) {
+/// To the nearest. Maxima of stored heights are stored heights: of a pyramid nothing is rounded.
+void write_values(TextureImage& image, std::span<const float> values) {
   const auto channels = static_cast<std::size_t>(image.layout.channels);
   assert(values.size() * static_cast<std::size_t>(image.layout.bytes()) == image.texels.size() * channels);
   for (std::size_t i = 0; i < values.size(); ++i)
@@ -174,12 +174,6 @@ void write_volume(TextureImage& image, const MapSource& source) {
       write_code(image, first + x, 0, value_of(code, image.layout.type) > value ? code - 1 : code);
     }
   });
-}
-
-/// Hits are rounded to the nearest.
-void write_table(TextureImage& image, std::span<const float> values) {
-  assert(values.size() * static_cast<std::size_t>(image.layout.bytes()) == image.texels.size());
-  for (std::size_t i = 0; i < values.size(); ++i) write_code(image, i, 0, nearest_code(values[i], image.layout.type));
 }
 
 /// Column and row of a layer's first texel in the atlas, inside its border.
@@ -303,13 +297,11 @@ MapTextures packed_texels(const MapSource& source, const Format& format, const E
       write_ratios(textures, heights, values, layout);
       break;
     case MapContent::pyramid:
-      write_pyramid(*textures.extra, values);
+    case MapContent::table:
+      write_values(*textures.extra, values);
       break;
     case MapContent::volume:
       write_volume(*textures.extra, source);
-      break;
-    case MapContent::table:
-      write_table(*textures.extra, values);
       break;
     case MapContent::sectors:
       write_sectors(*textures.extra, source, encoding);

@@ -164,7 +164,7 @@ void main() {
   int group = int(gl_WorkGroupID.x) + (first_group_row + int(gl_WorkGroupID.y)) * int(gl_NumWorkGroups.x);
   int first = (group * GROUP_SIDE * GROUP_SIDE + int(gl_LocalInvocationIndex)) * TEXELS_TOGETHER;
   if (first >= pack.texels) return;
-  int to = pack.first_word + first / TEXELS_TOGETHER * pack.channels * CODE_BITS / 8;
+  int to = pack.first_word + first / TEXELS_TOGETHER * (pack.channels * CODE_BITS / 8);
   uint word = 0u;
   int bits = 0;
   for (int i = 0; i < TEXELS_TOGETHER; ++i)

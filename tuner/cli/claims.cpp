@@ -74,11 +74,9 @@ void print_duels(std::vector<ClaimDuel> duels, const Paint& paint) {
   std::vector<std::vector<std::string>> lines;
   std::string_view last;
   for (const ClaimDuel& duel : duels) {
-    const Summary& ratio = duel.times_as_fast;
     if (duel.of != last) lines.push_back({paint.bold(duel.of)});
     last = duel.of;
-    lines.push_back({"  " + duel.scene,
-                     fmt::format("{:.2f} [{:.2f}, {:.2f}]", ratio.median, ratio.ci_low, ratio.ci_high), duel.by});
+    lines.push_back({"  " + duel.scene, times_text(duel.times_as_fast), duel.by});
   }
   put("  times as fast [{}], and what is\n{}", coverage_text(duels.front().times_as_fast.n), columns(lines, "  "));
 }

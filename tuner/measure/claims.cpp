@@ -286,12 +286,10 @@ std::vector<ClaimResult> run_claims(std::span<const Claim> claims, const ClaimOp
   Progress progress(options.quiet);
   std::vector<ClaimResult> results;
   const auto total = static_cast<double>(claims.size() * options.backends.size());
+  const bool has_compute = std::ranges::any_of(claims, has_compute_row);
   for (const std::string& backend : options.backends) {
     Session session(find_backend(backend), options.device, split,
-                    {.audits = audits_for(std::ranges::any_of(claims, has_compute_row)),
-                     .open = options.open,
-                     .timeout_s = kTimeout_s});
-    const bool has_compute = std::ranges::any_of(claims, has_compute_row);
+                    {.audits = audits_for(has_compute), .open = options.open, .timeout_s = kTimeout_s});
     if (!has_compute && !session.device().software && std::ranges::any_of(claims, asks_for_bakes))
       session.audit_compute_timers();
     if (!options.is_interrupted()) session.calibrate(kBatch_ms, nullptr);

@@ -32,6 +32,9 @@ struct ClaimDuel {
   Summary times_as_fast;
 };
 
+/// "1.25 [1.20, 1.31]"
+[[nodiscard]] std::string times_text(const Summary& times_as_fast);
+
 struct ClaimAnswer {
   ClaimVerdict verdict = ClaimVerdict::not_testable;
   std::string numbers;  ///< "0.12 texels against 0.34", the paper's beside ours where it has one

@@ -277,12 +277,7 @@ ClaimAnswer judge_one(const Claim& claim, const ClaimCheck& check, std::span<con
 /// "cone maps" of "cone maps: 8 steps"
 std::string group_of(const Labels& labels) { return labels.front().substr(0, labels.front().find(':')); }
 
-/// "1.25 [1.20, 1.31]"
-std::string cell_of(std::span<const Duel> duels) {
-  if (duels.empty()) return "-";
-  const Summary ratio = mean_of(duels);
-  return fmt::format("{:.2f} [{:.2f}, {:.2f}]", ratio.median, ratio.ci_low, ratio.ci_high);
-}
+std::string cell_of(std::span<const Duel> duels) { return duels.empty() ? "-" : times_text(mean_of(duels)); }
 
 /// "oblique 1.20 [1.11, 1.25], grazing 0.80 [0.75, 0.81]"
 std::string by_view(std::span<const Duel> duels) {
@@ -355,6 +350,10 @@ ClaimAnswer judge_groups(const Claim& claim, const ClaimCheck& check, std::span<
 }
 
 }  // namespace
+
+std::string times_text(const Summary& times_as_fast) {
+  return fmt::format("{:.2f} [{:.2f}, {:.2f}]", times_as_fast.median, times_as_fast.ci_low, times_as_fast.ci_high);
+}
 
 ClaimAnswer judge_contest(const Claim& claim, const ClaimCheck& check, std::span<const SceneFigures> scenes) {
   const std::vector<SceneRows> rows = rows_of(claim, scenes);

@@ -20,10 +20,10 @@ namespace {
 constexpr int kFirstBlocks = 3;             // of a setting that the surrogate asked for; they also teach the noise
 constexpr std::size_t kSettleBlocks = 120;  // drawn, a batch that the surrogate asked for, to tell it from the others
 constexpr std::size_t kLastBlocks = 800;    // likewise where no further setting may be timed
-constexpr std::size_t kLeastFirst = 10;  // settings timed before the surrogate is asked; half of them do if asked for
-constexpr double kRefit = 1.25;          // growth of the blocks after which the noise is estimated anew
-constexpr double kPathGrowth = 1.1;      // of the samples between two points of the path
-constexpr double kAuditShare = 0.03;     // of the settings ruled out by assumption
+constexpr std::size_t kLeastFirst = 10;     // settings timed before the surrogate is asked, or half of them
+constexpr double kRefit = 1.25;             // growth of the blocks after which the noise is estimated anew
+constexpr double kPathGrowth = 1.1;         // of the samples between two points of the path
+constexpr double kAuditShare = 0.03;        // of the settings ruled out by assumption
 constexpr std::size_t kLeastAudits = 10;
 constexpr int kAuditBlocks = 2;
 constexpr std::size_t kFirstRound = 8;  // settings
@@ -173,8 +173,8 @@ class Search {
     };
     for (const std::size_t i : options_.first) add(i);
     add(by_error.front());
-    const std::size_t wanted = first.size() < kLeastFirst / 2 ? std::min(kLeastFirst, by_error.size()) : 0;
-    const std::size_t missing = wanted > first.size() ? wanted - first.size() : 0;
+    if (first.size() >= kLeastFirst / 2) return first;
+    const std::size_t missing = std::min(kLeastFirst, by_error.size()) - first.size();
     for (std::size_t i = 0; i < missing; ++i) add(by_error[(2 * i + 1) * by_error.size() / (2 * missing)]);
     return first;
   }
