@@ -50,8 +50,9 @@ TEST(Claims, TheBuiltInOnesAreRead) {
     EXPECT_TRUE(ids.insert(claim.id).second);
     EXPECT_FALSE(claim.checks.empty()) << claim.id;
   }
-  EXPECT_THAT(ids, ::testing::ElementsAre("bvbv24_table_1", "bvbv24_table_2", "engines", "gems3_18_1", "papers_beaten",
-                                          "rtm_5_2", "rtm_5_4", "rtm_shadow", "vb22_generation", "vb22_render"));
+  EXPECT_THAT(ids, ::testing::ElementsAre("blocks", "bvbv24_table_1", "bvbv24_table_2", "engines", "gems3_18_1",
+                                          "papers_beaten", "rtm_5_2", "rtm_5_4", "rtm_shadow", "vb22_generation",
+                                          "vb22_render"));
 }
 
 TEST(Claims, RefusalsNameTheLineAndTheKey) {
@@ -65,6 +66,13 @@ TEST(Claims, RefusalsNameTheLineAndTheKey) {
               HasSubstr("many"));
   EXPECT_THAT(claim_refusal(claim_text(R"({"says": "s", "metric": "psnr", "of": "few"})")),
               HasSubstr("expected one of"));
+  EXPECT_THAT(
+      claim_refusal(claim_text(R"({"says": "s", "metric": "psnr", "of": "few", "than": "cones", "at_most": 1})")),
+      HasSubstr("expected one of"));
+  EXPECT_THAT(claim_refusal(claim_text(R"({"says": "s", "metric": "psnr", "of": "few", "to": "cones"})")),
+              HasSubstr("quotient"));
+  EXPECT_THAT(claim_refusal(R"({"source": "s", "about": "a", "scenes": [], "metrics": [], "rows": [], "checks": []})"),
+              HasSubstr("x.json:1"));
 }
 
 ClaimAnswer judged(const char* check, std::map<std::string, double> few, std::map<std::string, double> cones,
@@ -220,6 +228,77 @@ TEST(Claims, HardwareDrawsThePapersSizes) {
   EXPECT_EQ(out[0]["rows"][0]["scene"], "spikes_512x512/oblique");
   EXPECT_EQ(out[0]["rows"][0]["map_px"], (nlohmann::json{512, 512}));
   EXPECT_EQ(out[0]["rows"][0]["frame_px"], (nlohmann::json{24, 8}));
+}
+
+// Maps as they are stored, in several scenes: verified, and compared with another storage in each.
+std::string stored_claim(const std::string& rows, const std::string& checks) {
+  return R"({"source": "s", "about": "a",
+"scenes": [{"heightmap": {"source": "spikes", "width": 16, "height": 16}, "views": ["oblique", "grazing"],
+            "frame_px": [16, 16]},
+           {"heightmap": {"source": "fbm", "width": 16, "height": 16}, "views": "oblique", "frame_px": [16, 16]}],
+"metrics": ["violations", "undecided", "taps.mean"],
+"rows": [)" +
+         rows + "], \"checks\": [" + checks + "]}";
+}
+constexpr const char* kStoredRows = R"(
+{"label": "BC5", "settings": "cone?cone_steps=64&correction=safe&step=plain&format=bc5"},
+{"label": "rg8", "settings": "cone?cone_steps=64&correction=safe&step=plain&format=rg8"},
+{"label": "wide", "settings": "cone?cone_steps=64&correction=none&step=plain&format=rg8"},
+{"label": "heights", "settings": "relief?linear_steps=8"})";
+
+TEST(Claims, MapsAreVerifiedAsTheyAreStored) {
+  const Claim claim = parse_claim(stored_claim(kStoredRows, R"(
+{"says": "safe", "metric": "violations", "of": "BC5", "at_most": 0},
+{"says": "proved", "metric": "undecided", "of": "BC5", "at_most": 0},
+{"says": "not safe", "metric": "violations", "of": "wide", "at_most": 0},
+{"says": "no cones", "metric": "violations", "of": "heights", "at_most": 0},
+{"says": "steps", "metric": "taps.mean", "of": "BC5", "to": "rg8", "at_most": 1e9},
+{"says": "no fewer", "metric": "taps.mean", "of": "BC5", "to": "rg8", "at_most": 1e-9})"),
+                                  "x.json");
+  const std::vector<Claim> claims{claim};
+  FaultyDevices devices;
+  const std::vector<ClaimResult> results = claims_run_on(devices, claims, "opengl");
+  ASSERT_EQ(results[0].scenes.size(), 3U);
+  const std::vector<ClaimAnswer>& answers = results[0].answers;
+  EXPECT_EQ(answers[0].verdict, ClaimVerdict::reproduced);
+  EXPECT_EQ(answers[0].numbers, "at most 0, so in 3 of 3 scenes");
+  EXPECT_EQ(answers[0].table,
+            (std::vector<std::vector<std::string>>{
+                {"violations", "oblique", "grazing"}, {"spikes_16x16", "0", "0"}, {"fbm_16x16", "0"}}));
+  EXPECT_EQ(answers[1].verdict, ClaimVerdict::reproduced);
+  EXPECT_EQ(answers[2].verdict, ClaimVerdict::not_reproduced);
+  EXPECT_EQ(answers[3].verdict, ClaimVerdict::not_testable);
+  EXPECT_EQ(answers[3].table[1][1], "-");
+  EXPECT_EQ(answers[4].verdict, ClaimVerdict::reproduced);
+  EXPECT_EQ(answers[5].verdict, ClaimVerdict::not_reproduced);
+  const auto& rows = results[0].scenes[1].rows;
+  const double bc5 = rows[0].values.at("taps.mean");
+  const double rg8 = rows[1].values.at("taps.mean");
+  EXPECT_EQ(answers[4].table[1][2], fmt::format("{:.4g} against {:.4g}, {:.2f}x", bc5, rg8, bc5 / rg8));
+}
+
+TEST(Claims, OneOfSeveralScenesHoldsWhereItHoldsInEach) {
+  const Claim claim = parse_claim(
+      stored_claim(kStoredRows, R"({"says": "s", "metric": "taps.mean", "of": "BC5", "to": "rg8", "at_most": 1.1})"),
+      "x.json");
+  const auto judged_in = [&](const std::vector<std::optional<double>>& taps) {
+    std::vector<SceneFigures> scenes;
+    scenes.reserve(taps.size());
+    for (std::size_t i = 0; i < taps.size(); ++i) {
+      SceneFigures& scene = scenes.emplace_back();
+      scene.scene = &claim.scenes[i];
+      scene.rows.resize(claim.rows.size());
+      if (taps[i]) scene.rows[0].values["taps.mean"] = *taps[i];
+      scene.rows[1].values["taps.mean"] = 10;
+    }
+    return judge_in_each(claim, claim.checks[0], scenes, true);
+  };
+  EXPECT_EQ(judged_in({11, 9, 10}).verdict, ClaimVerdict::reproduced);
+  EXPECT_EQ(judged_in({11, 12, 10}).verdict, ClaimVerdict::not_reproduced);
+  EXPECT_EQ(judged_in({11, 12, 10}).numbers, "at most 1.1x, so in 2 of 3 scenes");
+  EXPECT_EQ(judged_in({11, std::nullopt, 10}).verdict, ClaimVerdict::not_testable);
+  EXPECT_EQ(judged_in({12, std::nullopt, 10}).verdict, ClaimVerdict::not_reproduced);
+  EXPECT_EQ(judged_in({9}).numbers, "9 against 10, 0.9x; at most 1.1x");
 }
 
 constexpr const char* kThreeScenes = R"({"source": "s", "about": "a",

@@ -113,14 +113,17 @@ MapVerdict verify_cones(const VerifyRequest& request) {
 
 }  // namespace
 
+bool can_be_verified(const MapRow& map) {
+  return map.content == MapContent::ratios || map.content == MapContent::sectors || map.content == MapContent::table;
+}
+
 MapVerdict verify_map(const VerifyRequest& request) {
   const MapRow& map = request.map;
+  if (!can_be_verified(map)) fail_input("a {} map has no cones to verify", map.id);
   if (map.content == MapContent::table) {
     const TableVerdict table = verify_omni(request);
     return {.table = table, .broken = table.wrong > 0};
   }
-  if (map.content != MapContent::ratios && map.content != MapContent::sectors)
-    fail_input("a {} map has no cones to verify", map.id);
   MapVerdict verdict = map.is_of_cells ? MapVerdict{.cells = verify_stored_cell_cones(request)} : verify_cones(request);
   if (map.promise == MapPromise::none) return verdict;
   verdict.broken = verdict.texels_too_wide > 0 || verdict.cells.broken > 0 || verdict.rays.crossing_twice > 0;

@@ -60,7 +60,14 @@ struct MapVerdict {
   /// position, where shaders read cones, too. A kind without a promise breaks none.
   bool broken = false;
   bool undecided = false;  ///< the promise is neither shown to hold nor not to hold
+
+  /// Texels, cells, rays and values that were found wrong.
+  [[nodiscard]] std::int64_t violations() const {
+    return texels_too_wide + cells.broken + rays.crossing_twice + table.wrong;
+  }
 };
+
+[[nodiscard]] bool can_be_verified(const MapRow& map);  ///< its content is ratios, sectors or a table
 
 /// Verifies a map as it is stored: decoded by format and encoding, interpolated as shaders do but without their
 /// rounding.

@@ -82,8 +82,7 @@ BakedMap bake_by(const OpenBaker& baker, const BakeJob& job, const Heightfield& 
 
 void check(const BakeJob& job) {
   if (const std::string reason = conflict(job.spec.storage); !reason.empty()) fail_input("{}", reason);
-  const MapContent content = job.spec.storage.map.content;
-  if (job.verify && content != MapContent::ratios && content != MapContent::sectors && content != MapContent::table)
+  if (job.verify && !can_be_verified(job.spec.storage.map))
     fail_input("a {} map has no cones to verify", job.spec.storage.map.id);
   if (job.output.empty()) return;
   if (const std::string reason = file_conflict(job.output, job.spec.storage); !reason.empty()) fail_input("{}", reason);

@@ -59,10 +59,7 @@ BakedValues bake_on_device(Session& session, const MapStorage& storage, const Ba
 
 }  // namespace
 
-bool asks_for_bakes(const Claim& claim) {
-  return std::ranges::find(claim.metrics, "bake_time") != claim.metrics.end() ||
-         std::ranges::find(claim.checks, "bake_time", &ClaimCheck::metric) != claim.checks.end();
-}
+bool asks_for_bakes(const Claim& claim) { return claim.asks_for("bake_time"); }
 
 ClaimMaps::ClaimMaps(const Claim& claim, const SceneSpec& scene, const Heightfield& heights, Session& session)
     : scene_(scene),

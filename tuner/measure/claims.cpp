@@ -11,6 +11,7 @@
 #include "kernels/base/error.h"
 #include "kernels/image/heightmap.h"
 #include "kernels/judge/score.h"
+#include "kernels/maps/map_verify.h"
 #include "kernels/trace/surface_tracer.h"
 #include "tuner/measure/attempt.h"
 #include "tuner/measure/claim_maps.h"
@@ -35,7 +36,18 @@ constexpr int kLargeMap_px = 512;   // a side, as the papers'
 
 using Values = std::map<std::string, double>;
 
-bool is_time(std::string_view metric) { return metric == "frame_time" || metric == "bake_time"; }
+/// What is proved of a row's map as it is stored.
+void verify(const BakeSpec& spec, const MapTextures& textures, Values& figures) {
+  const MapVerdict verdict = verify_map({.map = spec.storage.map,
+                                         .textures = textures,
+                                         .format = spec.storage.format,
+                                         .encoding = spec.storage.encoding,
+                                         .correction = spec.storage.correction,
+                                         .wrap = spec.wrap,
+                                         .parameters = spec.parameters});
+  figures["violations"] = static_cast<double>(verdict.violations());
+  figures["undecided"] = static_cast<double>(verdict.cells.undecided);
+}
 
 /// Time, width and safety of a row's map.
 void measure_map(const BakeSpec& spec, const MapOfRow& made, const Heightfield& heights, ClaimFigures& measured) {
@@ -115,16 +127,20 @@ std::optional<SceneFigures> run_scene(const Claim& claim, const SceneSpec& spec,
   const ReferenceTracer tracer(heights, scene.wrap);
   const UploadedScene uploaded = upload(backend, scene, heights);
   ClaimMaps maps(claim, spec, heights, session);
+  const bool verifies = claim.asks_for("violations") || claim.asks_for("undecided");
   std::vector<Frame> frames;
   std::vector<std::vector<Draw>> draws;
   for (const ClaimRow& row : claim.rows) {
     if (bench.is_interrupted()) return std::nullopt;
     const MapOfRow& made = maps.map_of(row.settings);
-    const Frame& frame = frames.emplace_back(upload(backend, pack(row.settings, made.map, scene), uploaded));
+    const std::optional<MapTextures> textures = pack(row.settings, made.map, scene);
+    const Frame& frame = frames.emplace_back(upload(backend, textures, uploaded));
     draws.push_back(shaded_draws(session, row.settings, scene, frame.draw));
     const JudgedFrame judged = judged_by_exact(session, row.settings, scene, frame.draw, uploaded, tracer);
     ClaimFigures& measured = result.rows.emplace_back();
-    if (!claim.is_contest()) measure_map(bake_spec(row.settings, scene.wrap), made, heights, measured);
+    const BakeSpec baked = bake_spec(row.settings, scene.wrap);
+    if (!claim.is_contest()) measure_map(baked, made, heights, measured);
+    if (verifies && textures && can_be_verified(baked.storage.map)) verify(baked, *textures, measured.values);
     for (const MetricRow& metric : metrics())
       if (const std::optional<double> value = metric.value(judged.score))
         measured.values[std::string(metric.id)] = *value;
@@ -153,7 +169,7 @@ ClaimAnswer answer_of(const Claim& claim, const ClaimCheck& check, const ClaimRe
       if (!scene.held_back.empty())
         return {.verdict = ClaimVerdict::throttled, .numbers = fmt::format("{}: {}", scene.scene->id, scene.held_back)};
   ClaimAnswer answer = check.is_contest() ? judge_contest(claim, check, result.scenes)
-                                          : judge_claim(claim, check, result.scenes.front().rows, result.is_software);
+                                          : judge_in_each(claim, check, result.scenes, result.is_software);
   if (answer.verdict == ClaimVerdict::not_reproduced && !check.why.empty()) answer.numbers += "; " + check.why;
   return answer;
 }
@@ -188,11 +204,6 @@ ClaimResult run_claim(const Claim& claim, const Bench& bench, const std::functio
     fail_input("claim {}: none of its heightmaps is there; run `./dev setup`", claim.id);
   for (const ClaimCheck& check : claim.checks) result.answers.push_back(answer_of(claim, check, result));
   return result;
-}
-
-std::optional<double> value_of(const ClaimFigures& figures, std::string_view metric) {
-  const auto found = figures.values.find(std::string(metric));
-  return found == figures.values.end() ? std::nullopt : std::optional(found->second);
 }
 
 /// Of an image nothing: it has the size that it has.
@@ -238,34 +249,6 @@ std::string_view claim_verdict_id(ClaimVerdict verdict) {
   constexpr std::array<std::string_view, 4> kIds{"reproduced", "not reproduced", "not testable on this device",
                                                  "throttled"};
   return kIds.at(static_cast<std::size_t>(verdict));
-}
-
-ClaimAnswer judge_claim(const Claim& claim, const ClaimCheck& check, std::span<const ClaimFigures> measured,
-                        bool is_software) {
-  const auto figures = [&](const std::string& label) -> const ClaimFigures& {
-    return measured[claim.row_index(label)];
-  };
-  const auto not_testable = [&](const std::string& label) {
-    const std::string& why = figures(label).untimed;
-    return ClaimAnswer{ClaimVerdict::not_testable,
-                       fmt::format("{} has no {}{}", label, check.metric,
-                                   why.empty() || check.metric != "bake_time" ? "" : ": " + why)};
-  };
-  const std::optional<double> of = value_of(figures(check.of), check.metric);
-  if (!of) return not_testable(check.of);
-  const auto answer = [&](bool holds, std::string numbers) {
-    if (is_software && is_time(check.metric))
-      return ClaimAnswer{ClaimVerdict::not_testable, numbers + " (a software rasteriser's)"};
-    return ClaimAnswer{holds ? ClaimVerdict::reproduced : ClaimVerdict::not_reproduced, std::move(numbers)};
-  };
-  if (check.at_most) return answer(*of <= *check.at_most, fmt::format("{:.4g}, at most {:.4g}", *of, *check.at_most));
-  const std::string& label = check.than.empty() ? check.to : check.than;
-  const std::optional<double> other = value_of(figures(label), check.metric);
-  if (!other) return not_testable(label);
-  if (!check.than.empty()) return answer(*of < *other, fmt::format("{:.4g} against {:.4g}", *of, *other));
-  const double quotient = *of / *other;
-  return answer(std::abs(quotient / check.quotient - 1) <= check.tolerance,
-                fmt::format("ours {:.3g}x, the paper's {:.3g}x", quotient, check.quotient));
 }
 
 std::string set_sizes(std::span<Claim> claims, std::span<const DeviceInfo> devices, std::optional<Size> frame_px) {

@@ -38,7 +38,7 @@ struct ClaimDuel {
 struct ClaimAnswer {
   ClaimVerdict verdict = ClaimVerdict::not_testable;
   std::string numbers;  ///< "0.12 texels against 0.34", the paper's beside ours where it has one
-  std::vector<std::vector<std::string>> table{};  ///< of a contest: lines of cells, a head first
+  std::vector<std::vector<std::string>> table{};  ///< over several scenes: lines of cells, a head first
   std::vector<ClaimDuel> duels{};                 ///< of a contest: what was compared, scene by scene
 };
 
@@ -96,6 +96,11 @@ struct ClaimOptions {
 /// How a check comes out on what was measured while nothing held the device back.
 [[nodiscard]] ClaimAnswer judge_claim(const Claim& claim, const ClaimCheck& check,
                                       std::span<const ClaimFigures> measured, bool is_software);
+
+/// Of several scenes it holds where it holds in each.
+/// scenes: at least one
+[[nodiscard]] ClaimAnswer judge_in_each(const Claim& claim, const ClaimCheck& check,
+                                        std::span<const SceneFigures> scenes, bool is_software);
 
 /// A contest over the scenes: the geometric mean of quotients of times. Settings are chosen by the first, third, ...
 /// round and the quotients taken from the others, so that the choice of the fastest does not flatter it. Intervals are

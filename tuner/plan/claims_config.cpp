@@ -14,7 +14,8 @@
 namespace reliefbench {
 namespace {
 
-constexpr std::array<std::string_view, 4> kOwnMetrics{"frame_time", "bake_time", "mean_ratio", "too_wide"};
+constexpr std::array<std::string_view, 6> kOwnMetrics{"frame_time", "bake_time",  "mean_ratio",
+                                                      "too_wide",   "violations", "undecided"};
 
 std::string read_metric(const ConfigReader& reader, const JsonNode& node) {
   std::string id = reader.text(node);
@@ -110,7 +111,7 @@ std::vector<ClaimCheck> read_check(const ConfigReader& reader, const JsonNode& n
   if (const JsonNode* factor = node.find("by_factor"))
     check.by_factor = reader.number(*factor, {.low = 0, .above_low = true});
   if (const JsonNode* bound = node.find("at_most")) check.at_most = reader.number(*bound, {});
-  if (!check.to.empty()) {
+  if (!check.to.empty() && !check.at_most) {
     check.quotient = reader.number(reader.required(node, "quotient"), {.low = 0, .above_low = true});
     check.tolerance = reader.number(reader.required(node, "tolerance"), {.low = 0});
   }
@@ -123,7 +124,7 @@ std::vector<ClaimCheck> read_check(const ConfigReader& reader, const JsonNode& n
     return spread(std::move(check));
   }
   if (check.of.empty()) reader.fail(node, "'of' is missing");
-  const int forms = (check.than.empty() ? 0 : 1) + (check.to.empty() ? 0 : 1) + (check.at_most ? 1 : 0);
+  const int forms = (check.than.empty() ? 0 : 1) + (check.to.empty() && !check.at_most ? 0 : 1);
   if (forms != 1) reader.fail(node, "expected one of 'than', 'to', 'at_most' and 'beaten_by'");
   return {std::move(check)};
 }
@@ -136,6 +137,11 @@ bool is_claim_metric(std::string_view id) {
 }
 
 bool Claim::is_contest() const { return std::ranges::all_of(checks, &ClaimCheck::is_contest); }
+
+bool Claim::asks_for(std::string_view metric) const {
+  return std::ranges::find(metrics, metric) != metrics.end() ||
+         std::ranges::find(checks, metric, &ClaimCheck::metric) != checks.end();
+}
 
 std::size_t Claim::row_index(std::string_view label) const {
   return static_cast<std::size_t>(std::ranges::find(rows, label, &ClaimRow::label) - rows.begin());
@@ -161,13 +167,12 @@ Claim parse_claim(const std::string& text, const std::filesystem::path& path) {
               .metrics = {},
               .rows = {},
               .checks = {}};
+  if (claim.scenes.empty()) reader.fail(first, "expected at least one scene");
   for (const JsonNode& metric : reader.items(reader.required(root, "metrics")))
     claim.metrics.push_back(read_metric(reader, metric));
   for (const JsonNode& row : reader.items(reader.required(root, "rows"))) claim.rows.push_back(read_row(reader, row));
   for (const JsonNode& node : reader.items(reader.required(root, "checks")))
     for (ClaimCheck& check : read_check(reader, node, claim.rows)) claim.checks.push_back(std::move(check));
-  if (claim.scenes.size() != 1 && !claim.is_contest())
-    reader.fail(first, "expected one view; several are for checks with 'beaten_by'");
   return claim;
 }
 

@@ -19,8 +19,8 @@ struct ClaimRow {
 };
 
 /// What a paper says of its table. Exactly one form:
-///  of `metric` less than that of `than`; or its quotient to that of `to` is `quotient` (within `tolerance`, relative);
-///  or it is at most `at_most`.
+///  of `metric` less than that of `than`; or its quotient to that of `to` is `quotient` (within `tolerance`, relative)
+///  or at most `at_most`; or it is at most `at_most`. Of several scenes it holds in each.
 /// Or a contest over all scenes, of geometric means:
 ///  `of` is beaten by the fastest of `beaten_by` in each scene that has no more of `metric` there, nor more misses;
 ///  told beside it is one setting for all of them; or of those that are so held against each of `of_each`, `beaten_by`
@@ -51,12 +51,13 @@ struct Claim {
   std::string id;
   std::string source;
   std::string about;
-  std::vector<SceneSpec> scenes;     ///< one, unless all checks are contests
+  std::vector<SceneSpec> scenes;
   std::vector<std::string> metrics;  ///< columns, besides the paper's
   std::vector<ClaimRow> rows;
   std::vector<ClaimCheck> checks;
 
-  [[nodiscard]] bool is_contest() const;  ///< all checks are
+  [[nodiscard]] bool is_contest() const;                       ///< all checks are
+  [[nodiscard]] bool asks_for(std::string_view metric) const;  ///< as a column or in a check
   /// Of the row with that label, which there is.
   [[nodiscard]] std::size_t row_index(std::string_view label) const;
 };
@@ -69,6 +70,8 @@ struct Claim {
 ///  bake_time   ms: on hardware of the kind's GPU baker, on the device's clock without upload and read-back; beside a
 ///              software rasteriser of one thread of the processor
 ///  mean_ratio  of the map's first ratio             too_wide   share of texels wider than the exact conservative cone
+///  violations  places where the map as it is stored breaks its kind's promise, as `bake --verify` counts them
+///  undecided   cells of which it finds neither that they keep it nor that they break it
 [[nodiscard]] bool is_claim_metric(std::string_view id);
 
 }  // namespace reliefbench
