@@ -47,7 +47,9 @@ std::vector<PackChannel> extra_channels(const MapSource& source) {
       for (int k = 0; k <= (source.map.is_solid ? 1 : 0); ++k) channels.emplace_back(PackSource::node, k);
       break;
     case MapContent::sectors:
-      channels = {{PackSource::height, 0}, {PackSource::ratio, 0}};
+      channels = {{PackSource::height, 0}, {PackSource::ratio, 0}};  // a ratio's place: what turns the layer's sector
+      if (has_opposite_ratios(source.parameters))
+        channels.insert(channels.end(), {{PackSource::ratio, kOpposite}, {PackSource::ratio, -1}});
       break;
     default:
       if (source.map.is_solid) channels.emplace_back(PackSource::floor, 0);

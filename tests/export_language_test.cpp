@@ -29,8 +29,9 @@ std::vector<std::string> translated_settings() {
   std::vector<std::string> ids = shipped_techniques();
   for (const char* id : {"cone?correction=min4&step=cell_max&format=r8+r8", "cone?lod=footprint&encoding=atan",
                          "quad_cone?refinement=binary&filter=manual&shadow=linear", "cone?shadow=cone&format=rgba8",
-                         "cone?step=plain&over_relaxation=auto", "cone?silhouette=quadric&shadow=linear",
-                         "cell_cone?shadow=cell", "relief?silhouette=quadric_exact", "relief?dither=temporal"})
+                         "cone?step=plain&over_relaxation=auto", "sector_cone?ratios_a_texel=2&over_relaxation=auto",
+                         "cone?silhouette=quadric&shadow=linear", "cell_cone?shadow=cell",
+                         "relief?silhouette=quadric_exact", "relief?dither=temporal"})
     ids.emplace_back(id);
   return ids;
 }

@@ -2,6 +2,7 @@
 
 #include "backends/gpu_bake.h"
 #include "kernels/maps/map_storage.h"
+#include "kernels/maps/sector_map.h"
 #include "tests/backend_rig.h"
 #include "tests/cone_test_maps.h"
 
@@ -11,13 +12,19 @@ namespace {
 class GpuPackTest : public BackendTest {};
 
 /// The CPU's bytes.
-void expect_cpu_textures(const GpuBaker& baker, const MapStorage& storage, const Heightfield& heights, Wrap wrap) {
+void expect_cpu_textures(const GpuBaker& baker, const MapStorage& storage, const Heightfield& heights, Wrap wrap,
+                         const std::vector<MapValue>& parameters = {}) {
   const Heightfield stored = quantise_heights(heights, storage.format.type);
-  const BakeRequest request{
-      .heights = stored, .wrap = wrap, .correction = storage.correction, .max_ratio = storage.max_ratio, .threads = 1};
+  const BakeRequest request{.heights = stored,
+                            .wrap = wrap,
+                            .correction = storage.correction,
+                            .max_ratio = storage.max_ratio,
+                            .parameters = parameters,
+                            .threads = 1};
   const std::vector<float> values = storage.map.bake(request);
-  const MapTextures expected = pack_map({.map = storage.map, .heights = stored, .values = values, .wrap = wrap},
-                                        storage.format, storage.encoding);
+  const MapTextures expected =
+      pack_map({.map = storage.map, .heights = stored, .values = values, .wrap = wrap, .parameters = parameters},
+               storage.format, storage.encoding);
   const GpuBake bake = baker.bake(request);
   ASSERT_TRUE(bake.textures);
   const auto expect_same = [](const TextureImage& found, const TextureImage& wanted) {
@@ -79,6 +86,20 @@ TEST_P(GpuPackTest, every_kinds_packed_map_has_the_bytes_of_the_cpu) {
                                .encoding = find_encoding("atan"),
                                .correction = Correction::certified};
     expect_cpu_textures(packing_baker(rig, certified), certified, fbm_map(24, 24), Wrap::repeat);
+  });
+}
+
+TEST_P(GpuPackTest, texels_have_the_opposite_sectors_ratio_too) {
+  on_every_device([](Rig& rig) {
+    for (const auto& [format, sectors] : {std::pair("rg8", 0), std::pair("rg16", 2), std::pair("rg16f", 1)}) {
+      const MapStorage storage{.map = find_map(MapKind::sector),
+                               .format = find_format(format),
+                               .encoding = find_encoding("ratio"),
+                               .correction = Correction::safe};
+      const GpuBaker gpu = packing_baker(rig, storage);
+      for (const Wrap wrap : {Wrap::repeat, Wrap::clamp})
+        expect_cpu_textures(gpu, storage, noise_map(7, 5), wrap, {{kSectors.id, sectors}, {kRatiosATexel.id, 1}});
+    }
   });
 }
 

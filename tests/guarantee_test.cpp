@@ -69,6 +69,14 @@ std::vector<Promise> promises() {
     list.push_back({technique, exact, {{"over_relaxation", "1_3"}}});
   list.push_back({"cone", never_skips, {{"step", "plain"}, {"format", "rg32f"}, {"over_relaxation", "auto"}}});
   list.push_back({"quad_cone", never_skips, {{"step", "plain"}, {"over_relaxation", "auto"}}});
+  list.push_back({"sector_cone", exact, {{"ratios_a_texel", "2"}, {"over_relaxation", "1_3"}, {"format", "rg8"}}});
+  list.push_back({"sector_cone",
+                  never_skips,
+                  {{"sectors", "16"},
+                   {"ratios_a_texel", "2"},
+                   {"over_relaxation", "auto"},
+                   {"step", "plain"},
+                   {"correction", "certified"}}});
   return list;
 }
 
@@ -259,11 +267,11 @@ TEST(KeptTest, the_gap_is_zero_at_the_exact_hit) {
 // What over-relaxed steps are for. Their hits lie as near to the surface.
 TEST_P(GuaranteeTest, adapted_steps_need_fewer_looks) {
   on_every_device([](const Rig& rig) {
-    for (const std::string_view technique : {"cone", "quad_cone"}) {
+    for (const std::string_view technique : {"cone", "quad_cone", "sector_cone"}) {
       const auto judged = [&](std::string_view over_relaxation) {
-        const Settings settings = settings_of(
-            technique,
-            {{"cone_steps", "1000"}, {"step", "plain"}, {"filter", "manual"}, {"over_relaxation", over_relaxation}});
+        Settings settings = settings_of(technique, {{"cone_steps", "1000"}, {"step", "plain"}, {"filter", "manual"}});
+        if (technique == "sector_cone") settings.set("ratios_a_texel", "2");
+        settings.set("over_relaxation", over_relaxation);
         const StoredMap map =
             store_map(settings, load_heightmap({.source = "fbm", .width = 64, .height = 64}), Wrap::repeat);
         const auto pixels = trace_frame(rig, settings, map, small_scene_of(view_presets()[2], Wrap::repeat));

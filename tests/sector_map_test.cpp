@@ -303,6 +303,75 @@ TEST(SectorMap, AnAtlasThatNoTextureHoldsIsRefused) {
   }
 }
 
+std::vector<MapValue> paired_sectors_of(int count) {
+  std::vector<MapValue> parameters = sectors_of(count);
+  parameters.push_back({.param = kRatiosATexel.id, .value = 1});
+  return parameters;
+}
+
+TEST(SectorMap, TexelsHaveTheOppositeSectorsRatioToo) {
+  const Heightfield heights = quantise_heights(noise_map(6, 5), TexelType::unorm8);
+  const MapRow& map = find_map(MapKind::sector);
+  for (const Wrap wrap : kWraps)
+    for (const int count : kCounts)
+      for (const std::string_view format : {"rg8", "rg16f"}) {
+        const auto textures_of = [&](const std::vector<MapValue>& parameters) {
+          const auto values = bake_sector({.heights = heights, .wrap = wrap, .parameters = parameters, .threads = 1});
+          return pack_map({.map = map, .heights = heights, .values = values, .wrap = wrap, .parameters = parameters},
+                          find_format(format), find_encoding("sqrt"));
+        };
+        const MapTextures alone = textures_of(sectors_of(count));
+        const MapTextures paired = textures_of(paired_sectors_of(count));
+        const TextureImage& atlas = paired.extra.value();
+        EXPECT_EQ(atlas.layout.channels, 4);
+        EXPECT_EQ(paired.relief.texels, alone.relief.texels);
+        for (const int channel : {0, 1})
+          EXPECT_EQ(read_channel(atlas, channel), read_channel(alone.extra.value(), channel));
+        EXPECT_EQ(read_channel(atlas, 3), std::vector<float>(read_channel(atlas, 3).size(), 0.0F));
+        const int layer_width = heights.width + 2;
+        const int layer_height = heights.height + 2;
+        const int columns = SectorAtlas(count, heights.width, heights.height).columns;
+        const auto own = read_channel(atlas, 1);
+        const auto opposite = read_channel(atlas, 2);
+        for (int k = 0; k < count; ++k)
+          for (int y = 0; y < layer_height; ++y)
+            for (int x = 0; x < layer_width; ++x) {
+              const auto place = [&](int layer) {
+                return static_cast<std::size_t>((layer / columns * layer_height + y) * atlas.width +
+                                                layer % columns * layer_width + x);
+              };
+              ASSERT_EQ(opposite[place(k)], own[place(k ^ 3)]);
+            }
+      }
+}
+
+TEST(SectorMap, OppositeRatiosAreProvedAsTheyAreStored) {
+  const Heightfield heights = quantise_heights(noise_map(12, 9), TexelType::unorm8);
+  const MapRow& map = find_map(MapKind::sector);
+  const std::vector<MapValue> parameters = paired_sectors_of(8);
+  const auto values =
+      bake_sector({.heights = heights, .correction = Correction::safe, .parameters = parameters, .threads = 1});
+  const Format& format = find_format("rg8");
+  const Encoding& encoding = find_encoding("sqrt");
+  MapTextures textures =
+      pack_map({.map = map, .heights = heights, .values = values, .parameters = parameters}, format, encoding);
+  const auto verified = [&] {
+    return verify_map({.map = map,
+                       .textures = textures,
+                       .format = format,
+                       .encoding = encoding,
+                       .correction = Correction::safe,
+                       .threads = 1,
+                       .parameters = parameters});
+  };
+  const MapVerdict sound = verified();
+  EXPECT_EQ(sound.texels, 2 * 8 * 12 * 9);
+  EXPECT_FALSE(sound.broken || sound.undecided);
+  TextureImage& atlas = textures.extra.value();
+  for (std::size_t i = 2; i < atlas.texels.size(); i += 4) atlas.texels[i] = std::byte{255};
+  EXPECT_TRUE(verified().broken);
+}
+
 TEST(SectorMap, LayersComeBackFromTheirAtlas) {
   const Heightfield heights = quantise_heights(noise_map(6, 5), TexelType::unorm16);
   const MapRow& map = find_map(MapKind::sector);

@@ -72,7 +72,8 @@ std::vector<Settings> sampled_promises() {
           sampled("cone", {{"format", "rg8"}, {"encoding", "atan"}}),
           sampled("cone", {{"lod", "footprint"}, {"encoding", "h_tan"}}),
           sampled("quad_cone"),
-          sampled("sector_cone")};
+          sampled("sector_cone"),
+          sampled("sector_cone", {{"ratios_a_texel", "2"}, {"over_relaxation", "auto"}})};
 }
 
 std::vector<Extreme> extremes_of(std::span<const std::string_view> ids) {

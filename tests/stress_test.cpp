@@ -112,6 +112,8 @@ TEST(Extremes, EveryWayToMarchIsTriedOnce) {
   for (const char* technique : {"cone", "quad_cone"})
     for (const char* factor : {"1_3", "auto"})
       EXPECT_TRUE(has(technique, {{"over_relaxation", factor}, {"step", "plain"}})) << technique;
+  for (const char* step : {"plain", "cell_quad"})
+    EXPECT_TRUE(has("sector_cone", {{"ratios_a_texel", "2"}, {"over_relaxation", "auto"}, {"step", step}})) << step;
   for (const Technique& technique : techniques())
     if (technique.passes.empty() && !technique.is_of_solids())
       EXPECT_TRUE(has(technique.id, {{"dispatch", "compute"}})) << technique.id;

@@ -75,6 +75,8 @@ std::vector<float> with_minimum(std::vector<float> ratios, const BakeRequest& re
 
 int sector_count(std::span<const MapValue> parameters) { return 4 << given_value(parameters, kSectors); }
 
+bool has_opposite_ratios(std::span<const MapValue> parameters) { return given_value(parameters, kRatiosATexel) == 1; }
+
 Wedge sector_wedge(int k, int count) {
   assert(k >= 0 && k < count);
   const double x = (k & 1) == 0 ? 1 : -1;

@@ -246,14 +246,15 @@ constexpr std::array kMaps{
     MapRow{.kind = MapKind::sector,
            .id = "sector",
            .description = "a conservative cone for each of 4, 8 or 16 sectors of directions; height and ratio of a "
-                          "sector together, a layer for each sector in one texture",
+                          "sector together (two ratios a texel: the opposite sector's, too), a layer for each "
+                          "sector in one texture",
            .source = "ours; of four sectors QDCSM",
            .guarantee =
                "a sector of a cone contains no texel centre's surface point; with `safe`, no point of the surface",
            .content = MapContent::sectors,
            .ratios = 1,
            .corrections = kByDirection,
-           .parameters = {&kSectors, 1},
+           .parameters = kSectorParameters,
            .promise = MapPromise::conservative,
            .bake = bake_sector,
            .version = 2},

@@ -83,6 +83,7 @@ struct MapParam {
   int fallback = 0;                             ///< the default
   std::span<const std::string_view> choices{};  ///< empty for a range
   bool is_constant = false;                     ///< shaders have it, as a specialization constant
+  bool is_spelt_out = true;                     ///< ids have the default too, see Param
 };
 /// A value for a MapParam of that id.
 struct MapValue {

@@ -191,17 +191,23 @@ void write_sectors(TextureImage& image, const MapSource& source, const Encoding&
   const int count = sector_count(source.parameters);
   const SectorAtlas atlas(count, heights.width, heights.height);
   const TexelType type = image.layout.type;
+  const bool has_opposite = has_opposite_ratios(source.parameters);
   assert(source.values.size() == heights.texels.size() * static_cast<std::size_t>(count));
+  const auto layer_ratios = [&](int k) {
+    return source.values.subspan(static_cast<std::size_t>(k) * heights.texels.size());
+  };
   parallel_for(count * heights.height, 0, [&](int row) {
     const int layer = row / heights.height;
     const int y = row % heights.height;
     const LayerPlace place = place_of_layer(atlas, layer, heights.width, heights.height);
-    const auto ratios = source.values.subspan(static_cast<std::size_t>(layer) * heights.texels.size());
+    const auto ratios = layer_ratios(layer);
+    const auto opposite = layer_ratios(layer ^ (has_opposite ? kOpposite : 0));
     for (int x = 0; x < heights.width; ++x) {
       const std::size_t texel = texel_count(heights.width, y) + static_cast<std::size_t>(x);
       const float height = apexes[texel];
       const std::uint32_t height_code = nearest_code(height, type);
       const std::uint32_t ratio_code = floor_code(ratios[texel], height, type, encoding);
+      const std::uint32_t opposite_code = has_opposite ? floor_code(opposite[texel], height, type, encoding) : 0;
       // The texel, and where it stands in for one on the other side of the border.
       for (const int j : {-1, y, heights.height}) {
         if (wrapped(j, heights.height, source.wrap) != y) continue;
@@ -210,6 +216,7 @@ void write_sectors(TextureImage& image, const MapSource& source, const Encoding&
           const std::size_t to = texel_count(atlas.width, place.y + j) + static_cast<std::size_t>(place.x + i);
           write_code(image, to, 0, height_code);
           write_code(image, to, 1, ratio_code);
+          if (has_opposite) write_code(image, to, 2, opposite_code);
         }
       }
     }
@@ -275,7 +282,9 @@ std::optional<TextureImage> blank_extra(const MapSource& source, const Format& f
     }
     case MapContent::sectors: {
       const SectorAtlas atlas(sector_count(source.parameters), width, height);
-      return blank(atlas.width, atlas.height, format.relief());
+      return blank(
+          atlas.width, atlas.height,
+          has_opposite_ratios(source.parameters) ? TexelLayout{.type = format.type, .channels = 4} : format.relief());
     }
   }
   return std::nullopt;

@@ -39,9 +39,11 @@ std::vector<ConePart> parts_of(const VerifyRequest& request) {
   if (request.map.content == MapContent::sectors) {
     const std::vector<MapTextures> layers = cone_layers(request.map, request.textures, request.parameters);
     const auto count = static_cast<int>(layers.size());
+    const int ratios = has_opposite_ratios(request.parameters) ? 2 : 1;
     for (int k = 0; k < count; ++k)
-      parts.push_back(
-          {.cones = stored_cones(request, layers[static_cast<std::size_t>(k)], 0), .wedge = sector_wedge(k, count)});
+      for (int channel = 0; channel < ratios; ++channel)
+        parts.push_back({.cones = stored_cones(request, layers[static_cast<std::size_t>(k)], channel),
+                         .wedge = sector_wedge(k ^ (channel * kOpposite), count)});
     return parts;
   }
   const bool is_quad = request.map.kind == MapKind::quad;

@@ -20,15 +20,31 @@ inline constexpr MapParam kSectors{.id = "sectors",
                                    .choices = kSectorCounts,
                                    .is_constant = true};
 
+/// Rays that look back where they come from need the cone of the opposite sector, too: from the same texel.
+inline constexpr std::array<std::string_view, 2> kRatioCounts{"1", "2"};
+inline constexpr MapParam kRatiosATexel{
+    .id = "ratios_a_texel",
+    .description = "the sector's cone alone, or that of the opposite sector beside it, in texels twice as large",
+    .max = 1,
+    .fallback = 0,
+    .choices = kRatioCounts,
+    .is_constant = true,
+    .is_spelt_out = false};
+inline constexpr std::array<MapParam, 2> kSectorParameters{kSectors, kRatiosATexel};
+
 /// How many sectors a map with these parameters has: 4, 8 or 16.
 [[nodiscard]] int sector_count(std::span<const MapValue> parameters);
+
+/// Whether each texel has the opposite sector's ratio beside its own sector's.
+[[nodiscard]] bool has_opposite_ratios(std::span<const MapValue> parameters);
 
 /// The tangent of pi / 8, at which a quadrant's half is divided into sectors of 16.
 inline constexpr float kSectorTangent = 0.41421356F;
 
 /// Sector k of `count`: bit 0: towards -x, bit 1: -y, bit 2 (from 8 on): nearer to the y axis than to the x axis,
-/// bit 3 (of 16): farther from that axis than pi / 8. So the opposite sector is k ^ 3.
+/// bit 3 (of 16): farther from that axis than pi / 8. So the opposite sector is k ^ kOpposite.
 [[nodiscard]] Wedge sector_wedge(int k, int count);
+inline constexpr int kOpposite = 3;
 
 /// All that a bake makes a layer of.
 /// throws: Error(bad_input): its greatest ratio is over 1. Images of a repeated texel then count that are farther away

@@ -11,7 +11,7 @@ layout(BINDING(FIRST_BUFFER_BINDING + 1), std140) uniform Pack {
   DOUBLE relief_depth;
   ivec2 layers;      // of a sector map, across and in all; 0: texels are the map's, or nodes
   ivec4 sources;     // SOURCE_* of each channel
-  ivec4 places;      // which of them; a ratio of -1 is 0
+  ivec4 places;      // which of them; of a layer's ratios, in which bits their sector differs; a ratio of -1 is 0
   int channels;      // 1, 2, 4
   int texels;
   int first_word;
@@ -142,7 +142,7 @@ uint code_of(int source, int place, int i) {
     ivec2 at = ivec2(i % width, i / width);
     ivec2 layer = at / tile;
     texel = wrapped(at - layer * tile - 1);
-    place = layer.y * pack.layers.x + layer.x;
+    if (place >= 0) place = (layer.y * pack.layers.x + layer.x) ^ place;
   }
   float height = pack.is_of_cells ? top_of_cell(texel) : height_at(texel);
   if (source == SOURCE_HEIGHT) return code_of_stored(height);

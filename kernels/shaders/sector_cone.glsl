@@ -1,3 +1,4 @@
 // Cone stepping with the conservative cone of the ray's own sector of directions: wider than one for all of them. The
-// search is that of relaxed cones; what it reads is another map.
-#include "relaxed_cone.glsl"
+// search is that of cones for all directions; what it reads is another map.
+#define HAS_OPPOSITE
+#include "cone.glsl"

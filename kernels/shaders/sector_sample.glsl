@@ -1,7 +1,8 @@
 #ifndef SECTOR_SAMPLE_GLSL
 #define SECTOR_SAMPLE_GLSL
 // What stands for cone_sample.glsl where a map has a cone for each sector of directions: a layer a sector, with height
-// and ratio in a texel, the layers beside and below one another in extra_map (SectorAtlas in sector_map.h).
+// and ratio in a texel, the layers beside and below one another in extra_map (SectorAtlas in sector_map.h). Under
+// HAS_OPPOSITE the parameter RATIOS_A_TEXEL says whether the opposite sector's ratio is there, too.
 #include "read_relief.glsl"
 
 const int SHAPE_CONE = 0;  // what is read has a cone, whatever the sector
@@ -58,13 +59,18 @@ vec4 sample_layer(int layer, vec2 uv, inout int taps) {
 // The map under the ray at t. channel: the ray's sector, which a caller need not know
 Relief sample_relief(Ray ray, float t, int shape, int channel, inout int taps) {
   vec4 texel = sample_layer(sector_of(ray.slope), ray.uv + ray.slope * t, taps);
-  return decoded_relief(texel.x, texel.y);
+  Relief relief = decoded_relief(texel.x, texel.y);
+#ifdef HAS_OPPOSITE
+  if (RATIOS_A_TEXEL == RATIOS_A_TEXEL_2) relief.behind = decoded_relief(texel.x, texel.z).ratio;
+#endif
+  return relief;
 }
 
 // What may be missing of the height, as the sampler reads beside the ray, by SAMPLER_SHIFT texels along each axis and
-// by what the atlas's coordinates are rounded. What it reads stands over that point, q; at a point p ahead of the ray
-// the surface is no higher than at the point that is as far from q, plus its slope, of one height a texel at most,
-// along either axis. A wider cone does not help, as in cone_sample.glsl: a ray beside it may have left the sector.
+// by what the atlas's coordinates are rounded. What it reads stands over that point, q; at a point p ahead of the ray,
+// or behind it, the surface is no higher than at the point that lies from q as p lies from the ray, plus its slope, of
+// one height a texel at most, along either axis. A wider cone does not help, as in cone_sample.glsl: a ray beside it may
+// have left the sector.
 float sampler_shift(int level) {
   ivec2 atlas = textureSize(extra_map, 0);
   return 2.0 * (float(SAMPLER_SHIFT) * SAMPLER_UNIT + ATLAS_ROUNDING * float(max(atlas.x, atlas.y)));

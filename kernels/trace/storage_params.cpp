@@ -36,7 +36,8 @@ Param map_param(const MapParam& param) {
           .max = param.max,
           .fallback = param.fallback,
           .choices = {param.choices.begin(), param.choices.end()},
-          .is_constant = param.is_constant};
+          .is_constant = param.is_constant,
+          .is_spelt_out = param.is_spelt_out};
 }
 
 std::vector<Param> storage_params(const std::vector<MapKind>& kinds, const StorageUse& use) {

@@ -303,13 +303,15 @@ std::vector<Technique> technique_rows() {
        .description = "conservative cone stepping with a cone for each of 4, 8 or 16 sectors of directions, one fetch "
                       "a step",
        .maps = {MapKind::sector},
-       .params = joined({{cone_steps(32), step("cell_quad")}, refinement("none"), {loop()}}),
+       .params = joined({{cone_steps(32), step("cell_quad")},
+                         refinement("none"),
+                         {only_if("ratios_a_texel=2", over_relaxation()), loop()}}),
        .storage = StorageUse{.format = "rg16", .correction = "safe", .has_max_ratio = false},
        .features = {{.feature = "lod", .is_absent = true}},
        .guarantee = Guarantee::exact,
        .guarantee_note = "with correction safe or certified on the heights as stored: exact with cell_quad, "
                          "never_skips with plain where filter=manual; cell_max skips the rest of a cell untested",
-       .source = "ours; of four sectors QDCSM; cell steps [BVBV24]",
+       .source = "ours; of four sectors QDCSM; cell steps [BVBV24]; over-relaxed ones as those of `cone`",
        .guarantee_when = cone_guarantee},
       {.id = "sector_relaxed",
        .description = "relaxed cone stepping with a cone for each of 4, 8 or 16 sectors of directions, then refinement",

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <string_view>
 
+#include "kernels/maps/sector_map.h"
 #include "kernels/trace/shader_contract.h"
 #include "reports/export/glsl_fold.h"
 #include "reports/export/template.h"
@@ -23,7 +24,7 @@ std::string relief_channels(const MapStorage& storage) {
   return text;
 }
 
-std::string extra_channels(const MapStorage& storage) {
+std::string extra_channels(const MapStorage& storage, std::span<const MapValue> parameters) {
   const std::string_view description = storage.map.description;
   if (storage.map.is_solid && storage.map.content == MapContent::ratios)
     return fmt::format("r = height of the lower surface; g, b = ratios of the cones up and down, stored as {}",
@@ -35,7 +36,8 @@ std::string extra_channels(const MapStorage& storage) {
     case MapContent::volume:
       return fmt::format("r = {}; its slices in rows, the bottom one first", description);
     case MapContent::sectors:
-      return fmt::format("r = height, g = cone ratio, stored as {}: {}; every layer within a border of one texel",
+      return fmt::format("r = height, g = cone ratio{}, stored as {}: {}; every layer within a border of one texel",
+                         has_opposite_ratios(parameters) ? ", b = that of the opposite sector" : "",
                          storage.encoding.id, description);
     case MapContent::table:
       return fmt::format("r = {}, 0 on top, 1 at the bottom", description);
@@ -200,7 +202,7 @@ std::vector<ShippedTexture> shipped_textures(const Settings& settings, const Map
                     .file = "relief.extra",
                     .image = &*textures.extra,
                     .format = format_name(textures.extra->layout),
-                    .channels = extra_channels(storage)});
+                    .channels = extra_channels(storage, map_values(settings))});
   return list;
 }
 

@@ -127,11 +127,13 @@ std::vector<Settings> stress_settings(const Technique& technique, const std::vec
     for (const std::string_view id : {"encoding", "correction", "step", "over_relaxation", "steps_by", "dither",
                                       "filter", "refinement", "lod", "shadow", "depth", "silhouette", "dispatch"})
       vary(usual, id, add);
-    for (const MapRow& map : map_kinds())
-      for (const MapParam& param : map.parameters) vary(usual, param.id, add);
     Settings plain = usual;  // beyond cones whose ends no cell's solution hides
     set_if_known(plain, "step", "plain");
-    vary(plain, "over_relaxation", add);
+    const auto add_strides = [&](const Settings& s) { vary(s, "over_relaxation", add); };
+    add_strides(plain);
+    for (const MapRow& map : map_kinds())
+      for (const MapParam& param : map.parameters)
+        for (const Settings& steps : {usual, plain}) vary(steps, param.id, add_strides);
   }
   add(usual);
   return list;
