@@ -2,11 +2,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "kernels/trace/technique.h"
 #include "tests/cli_rig.h"
 #include "tests/finished_run.h"
+#include "tuner/results/run_files.h"
 #include "tuner/results/store.h"
 
 namespace reliefbench {
@@ -89,6 +94,20 @@ TEST_F(CliTest, recommend_prices_a_heightmap_that_changes) {
   EXPECT_EQ(nlohmann::json::parse(json.out).at("question").at("rebake_every"), 4);
   for (const char* none : {"0", "-3", "1.5", "often"})
     EXPECT_EQ(run({"recommend", "run", "--rebake-every", none}).exit_code, 2) << none;
+}
+
+TEST_F(CliTest, recommend_says_whose_bake_a_frame_bears) {
+  static_cast<void>(null_sweep(folder_));
+  const std::vector<std::string> asked{"recommend", "run", "--max-error", "e_xy.p99<=100", "--rebake-every", "4"};
+  EXPECT_THAT(run(asked).out, ::testing::Not(HasSubstr("by the device")));
+  const std::filesystem::path file = folder_ / "run" / kResultsFile;
+  std::string lines;
+  for (Record record : load_run(folder_ / "run").records) {
+    if (record.bake_time_ns > 0) record.device_bake_ns = 2e6;
+    lines += nlohmann::json(record).dump() + "\n";
+  }
+  std::ofstream(file) << lines;
+  EXPECT_THAT(run(asked).out, ::testing::ContainsRegex("   bake 2[.0]* ms by the device"));
 }
 
 TEST_F(CliTest, recommend_holds_frames_of_several_sizes_to_one_another) {

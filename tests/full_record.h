@@ -29,6 +29,7 @@ inline Record full_record() {
           .error = full_score(),
           .memory_bytes = 65536,
           .bake_time_ns = 7.5,
+          .device_bake_ns = 0.75,
           .first_draw_ns = 2.5e6,
           .timing_key = "aa",
           .bake_key = "bb",

@@ -67,6 +67,7 @@ void expect_same_row(const TableRow& a, const TableRow& b) {
   EXPECT_EQ(a.errors, b.errors);
   EXPECT_EQ(a.memory_bytes, b.memory_bytes);
   EXPECT_EQ(a.bake_time_ns, b.bake_time_ns);
+  EXPECT_EQ(a.device_bake_ns, b.device_bake_ns);
   EXPECT_EQ(a.first_draw_ns, b.first_draw_ns);
   EXPECT_EQ(a.ns_per_px, b.ns_per_px);
   ASSERT_EQ(a.frame_time.has_value(), b.frame_time.has_value());
@@ -105,6 +106,20 @@ TEST(CaseTable, the_samples_of_a_sweep_sum_up_to_what_it_recorded) {
     ASSERT_TRUE(row.frame_time);
     EXPECT_DOUBLE_EQ(median(row.samples_ns), row.frame_time->median) << row.case_id;
   }
+}
+
+TEST(CaseTable, a_bake_by_the_device_is_blank_where_there_was_none) {
+  const TempFolder folder;
+  std::vector<TableRow> rows = case_table(load_run(null_sweep(folder)));
+  rows[0].device_bake_ns = 12.5;
+  std::string text = case_table_csv(rows);
+  const std::vector<TableRow> read = parse_case_table(text, "t.csv");
+  EXPECT_EQ(read[0].device_bake_ns, 12.5);
+  EXPECT_FALSE(read[1].device_bake_ns);
+  // A table of before there was such a column.
+  rows.erase(rows.begin() + 1, rows.end());
+  text = replaced(replaced(case_table_csv(rows), ",device_bake_ns,", ","), ",12.5,", ",");
+  EXPECT_FALSE(parse_case_table(text, "t.csv")[0].device_bake_ns);
 }
 
 TEST(CaseTable, a_time_per_pixel_is_of_the_frame) {

@@ -94,6 +94,22 @@ TEST(Recommend, a_map_that_is_baked_again_costs_its_frames) {
   EXPECT_EQ(picked(1), std::pair(std::string("relief"), 1000.0));
 }
 
+// Its own device bakes the map in 90 ns.
+TEST(Recommend, a_map_that_its_device_bakes_costs_the_devices_time) {
+  std::vector<Record> records = {make_record({.case_id = "relief", .time_ns = 1000}),
+                                 make_record({.case_id = "cone", .time_ns = 800, .technique = "cone"})};
+  records[1].bake_time_ns = 900;
+  records[1].device_bake_ns = 90;
+  add_bakes(records, 1);
+  const Answer answer = only_answer(records, {});
+  EXPECT_EQ(id(answer.pick), "cone");
+  EXPECT_EQ(answer.pick->frame_time->summary.median, 890);
+  Question question;
+  question.rebake_every = 1;
+  const nlohmann::json json = answers_json(std::vector{answer}, question);
+  EXPECT_EQ(json["answers"][0]["pick"]["device_bake_ns"], 90);
+}
+
 TEST(Recommend, counts_the_simpler_settings_that_were_measured) {
   std::vector<Record> records = some_records();
   EXPECT_EQ(only_answer(records, {.budgets = {{"e_xy.p99", 0.35}}}).simpler, 2U);  // flat and parallax

@@ -112,6 +112,7 @@ TEST(Record, NotANumberNeverReachesAFile) {
       EXPECT_THROW((void)json(record), Error) << row.id;
     }
     refused([](Record& r) -> double& { return r.bake_time_ns; });
+    refused([](Record& r) -> double& { return *r.device_bake_ns; });
     refused([](Record& r) -> double& { return *r.first_draw_ns; });
     EXPECT_THROW((void)json(Sample{.case_id = "c", .frame_time_ns = bad}), Error);
     EXPECT_THROW((void)json(Sample{.case_id = "c", .at_ns = bad}), Error);
@@ -124,7 +125,7 @@ TEST(Record, EveryMissingOrWrongFieldIsNamed) {
   for (const auto& item : whole.items()) {
     json without = whole;
     without.erase(item.key());
-    if (item.key() == "reason" || item.key() == "first_draw_ns")
+    if (item.key() == "reason" || item.key() == "device_bake_ns" || item.key() == "first_draw_ns")
       EXPECT_EQ(json(without.get<Record>()), without) << "absent means none";
     else
       EXPECT_THAT([&] { (void)without.get<Record>(); }, ThrowsMessage<Error>(HasSubstr("'" + item.key() + "'")));

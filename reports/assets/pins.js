@@ -108,8 +108,10 @@ export function drawPins() {
                   ...differingParams(points).map(([name, texts]) => row(name, texts)),
                   knownRow(
                       'Map',
-                      ({memory_bytes: bytes, bake_ns: ns}) =>
-                          bytes === null ? null : `${formatBytes(bytes)}, baked in ${formatTime(ns)}`),
+                      ({memory_bytes: bytes, bake_ns: ns, device_bake_ns: deviceNs}) => bytes === null ?
+                          null :
+                          `${formatBytes(bytes)}, baked in ${formatTime(ns)}${
+                              deviceNs === null ? '' : `, by the device in ${formatTime(deviceNs)}`}`),
                   knownRow('First draw', ({first_draw_ns:
                                                ns}) => (ns === null ? null : `${formatTime(ns)} with compilation`)),
                   row('Timer', points.map((point) => point.timer)),

@@ -174,7 +174,7 @@ export function csvText() {
   const params = [...new Set(plotted.dots.flatMap((i) => settingOf(data.points[i]).params.map(([name]) => name)))];
   const head = [
     'case', 'technique', 'backend', 'device', 'scene', 'key', ...params, ...data.metrics.map(({id}) => id),
-    'memory_bytes', 'bake_time_ns', 'first_draw_ns', 'median_ns', 'ci_low_ns', 'ci_high_ns', 'samples'
+    'memory_bytes', 'bake_time_ns', 'device_bake_ns', 'first_draw_ns', 'median_ns', 'ci_low_ns', 'ci_high_ns', 'samples'
   ];
   const rows = tableOrder().map((index) => {
     const point = data.points[index];
@@ -183,7 +183,7 @@ export function csvText() {
     return [
       point.id, data.techniques[techniqueIndex(point)].id, backend, device, sceneName(point.scene),
       settingOf(point).key, ...params.map((name) => own.get(name) ?? null), ...point.errors, point.memory_bytes,
-      point.bake_ns, point.first_draw_ns, ...point.time_ns, point.samples
+      point.bake_ns, point.device_bake_ns, point.first_draw_ns, ...point.time_ns, point.samples
     ];
   });
   return [head, ...rows].map((row) => row.map(cell).join(',')).join('\r\n') + '\r\n';

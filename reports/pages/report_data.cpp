@@ -299,6 +299,7 @@ class DataBuilder {
                   {"errors", std::move(errors)},
                   {"memory_bytes", record.memory_bytes},
                   {"bake_ns", record.bake_time_ns},
+                  {"device_bake_ns", record.device_bake_ns ? json(*record.device_bake_ns) : json()},
                   {"first_draw_ns", record.first_draw_ns ? json(*record.first_draw_ns) : json()}};
     if (const std::optional<double> per_px = ns_per_px(run, record)) point["ns_per_px"] = *per_px;
     if (!pictured_.contains({scene, setting})) {

@@ -17,9 +17,9 @@ namespace reliefbench {
 ///   groups      [{run, backend, device, label}]: one device of one run
 ///   settings    [{key, technique, name, map, params [[name, value]], features (how many)}]
 ///   points      [{group, scene, setting, id, mark, time_ns [median, ci_low, ci_high], samples, coverage (of the
-///               interval, as text), timer, errors [a value or null a metric], memory_bytes, bake_ns, first_draw_ns
-///               (null: nothing was compiled), pictures ({frame, reference, error, taps}: index or null; absent where
-///               there is none)}]: ok ones
+///               interval, as text), timer, errors [a value or null a metric], memory_bytes, bake_ns, device_bake_ns
+///               (null: not measured), first_draw_ns (null: nothing was compiled), pictures ({frame, reference, error,
+///               taps}: index or null; absent where there is none)}]: ok ones
 ///   effects     [{group, axis, from, to, pairs, coverage, time [median, ci_low, ci_high], errors [the same or null]}]
 ///   fleet       as `choose` tells it, of at most kFleetSettings settings; {refusal} where it can't; null: one place
 ///   heat_map    {stops [{value, color}], marks [{description, color}]}

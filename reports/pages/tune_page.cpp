@@ -77,7 +77,7 @@ void keep_known(json& data, const std::string& metric) {
   for (const char* list : {"points", "effects"})
     for (json& one : data[list]) one["errors"] = {one["errors"][place]};
   for (json& point : data["points"])
-    for (const char* unknown : {"memory_bytes", "bake_ns", "first_draw_ns"}) point[unknown] = nullptr;
+    for (const char* unknown : {"memory_bytes", "bake_ns", "device_bake_ns", "first_draw_ns"}) point[unknown] = nullptr;
   const auto is_other = [&](const json& budget) { return budget["metric"] != metric; };
   for (json& run : data["runs"]) std::erase_if(run["budgets"].get_ref<json::array_t&>(), is_other);
 }

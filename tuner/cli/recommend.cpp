@@ -80,6 +80,11 @@ std::string metric_text(const Record& record, const std::string& metric_id) {
   return fmt::format("{} {}", metric_id, value ? format_number(*value) : none);
 }
 
+/// What the map takes, and whose time that is.
+std::string rebake_text(const Record& record) {
+  return fmt::format("bake {}{}", format_time_ns(rebake_ns(record)), record.device_bake_ns ? " by the device" : "");
+}
+
 /// Frame time with its interval, every metric that was asked for, and what the case costs otherwise.
 std::string numbers(const Record& record, const Question& question) {
   std::vector<std::string> metric_ids = {question.error_metric, "missed_rate"};
@@ -93,14 +98,15 @@ std::string numbers(const Record& record, const Question& question) {
   parts.push_back(fmt::format("taps {} (most {})", format_number(record.error->at("taps.mean")),
                               format_number(record.error->at("taps.max"))));
   parts.push_back(fmt::format("memory {}", format_bytes(record.memory_bytes)));
-  if (record.bake_time_ns > 0) parts.push_back(fmt::format("bake {}", format_time_ns(record.bake_time_ns)));
+  if (record.bake_time_ns > 0) parts.push_back(rebake_text(record));
   return fmt::format("{}", fmt::join(parts, "   "));
 }
 
 std::string against_pick(const Record& record, const Record& pick, const Question& question) {
   const Summary& summary = record.frame_time->summary;
-  return fmt::format("{}, {:.2f}x the pick   {}", format_interval_ns(summary),
-                     summary.median / pick.frame_time->summary.median, metric_text(record, question.error_metric));
+  return fmt::format("{}, {:.2f}x the pick   {}{}", format_interval_ns(summary),
+                     summary.median / pick.frame_time->summary.median, metric_text(record, question.error_metric),
+                     question.rebake_every && rebake_ns(record) > 0 ? "   " + rebake_text(record) : "");
 }
 
 std::string floor_text(const Record& flat, const Record& pick) {
@@ -246,8 +252,8 @@ Exit recommend_command(const RecommendArguments& arguments) {
   put("{}\n", paint.dim("Times: median [its interval; confidence]; judged by the interval's upper end."));
   if (question.rebake_every)
     put("{}\n",
-        paint.dim(fmt::format("Each frame bears its share of a bake every {} frame{}: the processor's, from heights to "
-                              "texels, without their upload.",
+        paint.dim(fmt::format("Each frame bears its share of a bake every {} frame{}: the device's own where it was "
+                              "measured, else the processor's, without the upload.",
                               *question.rebake_every, *question.rebake_every == 1 ? "" : "s")));
   for (const Answer& answer : answers) print_answer(answer, question, stored, arguments.names, paint);
   print_filter_notes(answers, stored, paint);

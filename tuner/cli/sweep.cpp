@@ -35,6 +35,7 @@ struct SweepArguments {
   std::optional<Shard> shard{};
   Names names;
   std::string pictures = "shown";
+  std::string device_bakes = "hardware";
   bool retry_failed = false;
   bool is_uncached = false;
   bool dry_run = false;
@@ -150,6 +151,11 @@ Pictured pictured_of(std::string_view text) {
   return text == "none" ? Pictured::none : Pictured::shown;
 }
 
+DeviceBakes device_bakes_of(std::string_view text) {
+  if (text == "always") return DeviceBakes::always;
+  return text == "never" ? DeviceBakes::never : DeviceBakes::hardware;
+}
+
 /// What frames are going to be that no scene has a size for.
 std::string frame_choice(const Config& config, const SweepArguments& arguments,
                          std::span<const std::string> backend_ids) {
@@ -181,6 +187,7 @@ Exit sweep_command(const SweepArguments& arguments) {
                          .shard = arguments.shard,
                          .retry_failed = arguments.retry_failed,
                          .pictures = pictured_of(arguments.pictures),
+                         .device_bakes = device_bakes_of(arguments.device_bakes),
                          .slowdowns = arguments.slowdowns,
                          .quiet = arguments.quiet,
                          .open = arguments.is_uncached ? open_isolated_uncached : open_isolated});
@@ -222,6 +229,12 @@ void add_sweep_command(CLI::App& app, Exit& exit_code) {
       ->add_option("--pictures", arguments->pictures,
                    "shown (what a report shows: fronts, picks and what they are held against) | all | none")
       ->check(CLI::IsMember({"shown", "all", "none"}))
+      ->type_name("WHICH")
+      ->capture_default_str();
+  command
+      ->add_option("--device-bakes", arguments->device_bakes,
+                   "whose maps are baked by the device, too, to time that: of hardware | always | never")
+      ->check(CLI::IsMember({"hardware", "always", "never"}))
       ->type_name("WHICH")
       ->capture_default_str();
   command->add_flag("--no-pipeline-cache", arguments->is_uncached,

@@ -151,10 +151,12 @@ double judged_time_ns(const Record& record) {
   return record.frame_time->summary.ci_high;
 }
 
+double rebake_ns(const Record& record) { return record.device_bake_ns.value_or(record.bake_time_ns); }
+
 void add_bakes(std::span<Record> records, int rebake_every) {
   for (Record& record : records) {
     if (!record.frame_time) continue;
-    const double share_ns = record.bake_time_ns / rebake_every;
+    const double share_ns = rebake_ns(record) / rebake_every;
     Summary& sum = record.frame_time->summary;
     for (double* time_ns : {&sum.median, &sum.ci_low, &sum.ci_high}) *time_ns += share_ns;
   }

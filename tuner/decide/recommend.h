@@ -45,7 +45,10 @@ struct Answer {
 /// Time by which a case is judged: the upper end of its interval, never the luckiest median. ns
 [[nodiscard]] double judged_time_ns(const Record& record);
 
-/// Of a heightmap that changes every so many frames: each frame bears its share of its map's Record::bake_time_ns.
+/// What a case's map takes once more: its device's own time where that was measured, else the processor's.
+[[nodiscard]] double rebake_ns(const Record& record);
+
+/// Of a heightmap that changes every so many frames: each frame bears its share of rebake_ns().
 /// What is judged, compared and printed from then on is this sum.
 void add_bakes(std::span<Record> records, int rebake_every);
 

@@ -6,50 +6,34 @@
 #include <utility>
 #include <vector>
 
+#include "backends/gpu_bake.h"
 #include "kernels/base/error.h"
-#include "tuner/measure/repeated_bake.h"
-#include "tuner/results/statistics.h"
+#include "tuner/measure/device_bake.h"
 
 namespace reliefbench {
 namespace {
 
-/// On the device's clock, without the ways there and back; on the host's where the device has none that is believed.
-double device_time_ns(const BakeTime& time, bool is_believed) {
-  if (time.parts.empty() || !is_believed) return time.wall_ns;
-  double sum_ns = 0;
-  for (const ComputeTime& one : time.parts)
-    if (one.part != "upload" && one.part != "read_back") sum_ns += one.ns;
-  return sum_ns;
-}
-
-/// The median of several bakes' times, from heights to textures where the device packs them.
-BakedValues timed_on_device(Session& session, const MapStorage& storage, const BakeRequest& request) {
-  const Dialect dialect = find_backend(session.device().backend).dialect;
-  const GpuBaker packs(session.backend(), dialect, storage.map.kind,
-                       BakePacking{.format = storage.format, .encoding = storage.encoding});
-  const RepeatedBake made = bake_repeatedly([&] { return packs.bake(request); }, kHardwareBakes, true);
-  const TimerAudit* clock = find_part_clock(session.audit());
-  std::vector<double> times_ns(made.times.size());
-  std::ranges::transform(made.times, times_ns.begin(),
-                         [is_believed = clock == nullptr || clock->valid](const BakeTime& time) {
-                           return device_time_ns(time, is_believed);
-                         });
-  return {.time_ns = median(times_ns),
-          .values = made.textures ? GpuBaker(session.backend(), dialect, storage.map.kind).bake(request).values
-                                  : made.values};
+/// Its values too, which a device that packs does not give.
+BakedValues baked_and_timed(Session& session, const MapStorage& storage, const BakeRequest& request) {
+  BakedValues made = bake_on_device(session, storage, request);
+  if (made.values.empty())
+    made.values = GpuBaker(session.backend(), find_backend(session.device().backend).dialect, storage.map.kind)
+                      .bake(request)
+                      .values;
+  return made;
 }
 
 /// By the device's own baker; where it has none for the kind, by the CPU's, whose time says nothing of the device.
 /// untimed: gets why
-BakedValues bake_on_device(Session& session, const MapStorage& storage, const BakeRequest& request,
-                           const std::string& key, std::string& untimed) {
+BakedValues bake_where_it_can(Session& session, const MapStorage& storage, const BakeRequest& request,
+                              const std::string& key, std::string& untimed) {
   const MapRow& map = storage.map;
   if (!has_gpu_baker(map.kind)) {
     untimed = fmt::format("no GPU baker for {}", map.id);
     return bake_on_cpu(map, request, key);
   }
   try {
-    return timed_on_device(session, storage, request);
+    return baked_and_timed(session, storage, request);
   } catch (const Error& error) {
     if (error.code() != Exit::environment || error.fault() != Fault::other) throw;
     untimed = error.what();
@@ -77,7 +61,7 @@ const MapOfRow& ClaimMaps::map_of(const Settings& settings) {
   BakeSpec spec = bake_spec(settings, scene_.scene.wrap);
   spec.threads = on_one_thread_ ? 1 : 0;
   made.map = bake(spec, heights_, [&](const MapRow& map, const BakeRequest& request, const std::string& bake_key) {
-    return on_device_ ? bake_on_device(session_, spec.storage, request, bake_key, made.untimed)
+    return on_device_ ? bake_where_it_can(session_, spec.storage, request, bake_key, made.untimed)
                       : bake_on_cpu(map, request, bake_key);
   });
   return maps_.emplace(key, std::move(made)).first->second;

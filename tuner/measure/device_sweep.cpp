@@ -1,6 +1,7 @@
 #include "tuner/measure/device_sweep.h"
 
 #include <algorithm>
+#include <exception>
 #include <random>
 #include <string>
 #include <utility>
@@ -34,7 +35,8 @@ void set_frame_time(Record& record, const SampleBook& book, const Calibration& c
 
 }  // namespace
 
-DeviceSweep::DeviceSweep(Session& session, const RunParts& parts, RecordBook& book, std::filesystem::path folder)
+DeviceSweep::DeviceSweep(Session& session, const RunParts& parts, RecordBook& book, std::filesystem::path folder,
+                         DeviceBakes device_bakes)
     : config_(parts.config),
       split_(parts.split),
       session_(session),
@@ -42,7 +44,10 @@ DeviceSweep::DeviceSweep(Session& session, const RunParts& parts, RecordBook& bo
       book_(book),
       folder_(std::move(folder)),
       is_compiled_alone_(store_.mark().death() || !store_.earlier().failures.empty()),
-      run_(session, parts) {}
+      run_(session, parts) {
+  if (wants_bakes(device_bakes, session.device()))
+    bake_times_.emplace(session, parts.library, split_, store_.earlier().records);
+}
 
 void DeviceSweep::run(const std::vector<Block>& blocks, const std::function<void(double)>& on_progress) {
   std::size_t done = 0;
@@ -78,11 +83,32 @@ void DeviceSweep::run_block(const Block& block, const std::function<void(double)
   const std::string held_back = draw_block(run_.timing, [&] {
     sample(prepared, [&](double fraction) { on_progress(kPrepareShare + (1 - kPrepareShare) * fraction); });
   });
-  for (PreparedCase& one : prepared) {
-    Record& record = one.record;
-    if (record.status == Status::ok)
-      set_frame_time(record, run_.samples, session_.calibration(), config_.measure.samples, held_back);
-    book_.append(record);
+  for (PreparedCase& one : prepared)
+    if (one.record.status == Status::ok)
+      set_frame_time(one.record, run_.samples, session_.calibration(), config_.measure.samples, held_back);
+  std::exception_ptr gone;
+  try {
+    bake_on_device(prepared);
+  } catch (const Error&) {  // the device is: all ends here, but what was measured of the block is kept
+    gone = std::current_exception();
+  }
+  for (const PreparedCase& one : prepared) book_.append(one.record);
+  if (gone) std::rethrow_exception(gone);
+}
+
+void DeviceSweep::bake_on_device(std::vector<PreparedCase>& block) {
+  if (!bake_times_) return;
+  const auto release = [&] {
+    for (PreparedCase& one : block) one.release();
+    run_.preparer.release();
+  };
+  const std::optional<CaseMark::Death>& death = store_.mark().death();
+  for (PreparedCase& one : block) {
+    if (one.record.status != Status::ok || !has_device_bake(one.spec->settings)) continue;
+    const bool is_suspect = death && death->case_id == one.record.case_id;
+    const auto hold = store_.mark().hold(one.record.case_id);
+    one.record.device_bake_ns =
+        bake_times_->time_of(one.record, one.spec->settings, scene_of(config_, *one.spec), !is_suspect, release);
   }
 }
 

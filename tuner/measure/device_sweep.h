@@ -1,9 +1,11 @@
 #pragma once
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <set>
 #include <vector>
 
+#include "tuner/measure/device_bake.h"
 #include "tuner/measure/device_run.h"
 #include "tuner/measure/record_book.h"
 #include "tuner/plan/plan.h"
@@ -17,7 +19,8 @@ using Block = std::vector<const Case*>;
 class DeviceSweep {
  public:
   /// folder: of the run
-  DeviceSweep(Session& session, const RunParts& parts, RecordBook& book, std::filesystem::path folder);
+  DeviceSweep(Session& session, const RunParts& parts, RecordBook& book, std::filesystem::path folder,
+              DeviceBakes device_bakes);
 
   /// blocks: of this device's cases that are to be drawn. on_progress: with the number of cases done so far
   void run(const std::vector<Block>& blocks, const std::function<void(double)>& on_progress);
@@ -34,6 +37,9 @@ class DeviceSweep {
   void sample(std::vector<PreparedCase>& block, const std::function<void(double)>& on_progress);
   /// Warms the cases up, then draws each once a round, in an order that is shuffled anew, until all have their samples.
   void time_block(const std::vector<PreparedCase>& block, const std::function<void(double)>& on_progress);
+  /// Times the bakes of a block's maps by the device, when all else of it is done. One that kills the device costs its
+  /// case nothing but that figure; a case in which an earlier start ended goes without.
+  void bake_on_device(std::vector<PreparedCase>& block);
   /// Opens the lost device again; what the block had on it is gone.
   void reopen(std::vector<PreparedCase>& block);
   /// Uploads and draws again what a block had on a lost device.
@@ -47,6 +53,7 @@ class DeviceSweep {
   std::filesystem::path folder_;
   bool is_compiled_alone_;
   DeviceRun run_;
+  std::optional<DeviceBakeTimes> bake_times_{};  ///< none: not asked for
 };
 
 }  // namespace reliefbench

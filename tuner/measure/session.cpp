@@ -45,7 +45,9 @@ Session::Session(const BackendRow& row, int device_index, WallSplit& split, Sess
   twice([&] {
     backend_->set_render_limit(kLeastRenderPatience_s);  // of the audits
     if (options.audits != Audits::none) audit_timers();
-    if (options.audits == Audits::of_dispatches) audit_compute_timers();
+    if (options.audits == Audits::of_dispatches ||
+        (options.audits == Audits::of_hardware_dispatches && !device().software))
+      audit_compute_timers();
     simulate_filter({});
   });
   backend_->set_render_limit(render_limit_s_);

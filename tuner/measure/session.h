@@ -40,7 +40,8 @@ using OpenDevice = std::function<std::unique_ptr<Backend>(const BackendRow&, int
 enum class Audits {
   none,  ///< nothing is going to be timed, or audit_timers() comes later
   of_frames,
-  of_dispatches,  ///< by work of compute shaders, too
+  of_dispatches,           ///< by work of compute shaders, too
+  of_hardware_dispatches,  ///< likewise, but those of software rasterisers of_frames
 };
 
 [[nodiscard]] inline Audits audits_for(bool has_compute) {

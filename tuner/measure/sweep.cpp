@@ -82,10 +82,18 @@ void check_complete(const Run& run, const Plan& plan) {
                        (run.folder / kResultsFile).string(), c.id());
 }
 
+/// Bakes take compute shaders.
+Audits audits_of(const Plan& plan, DeviceBakes device_bakes) {
+  const bool has_bakes = std::ranges::any_of(plan.cases, [](const Case& c) { return has_device_bake(c.settings); });
+  if (!has_bakes || device_bakes == DeviceBakes::never) return audits_for(has_compute(plan.cases));
+  if (has_compute(plan.cases) || device_bakes == DeviceBakes::always) return Audits::of_dispatches;
+  return Audits::of_hardware_dispatches;
+}
+
 /// One of each backend.
 Sessions open_sessions(const Config& config, const SweepOptions& options, const Plan& plan, WallSplit& split) {
   const SessionOptions asked{
-      .audits = audits_for(has_compute(plan.cases)), .open = options.open, .timeout_s = config.measure.timeout_s};
+      .audits = audits_of(plan, options.device_bakes), .open = options.open, .timeout_s = config.measure.timeout_s};
   Sessions sessions;
   for (const std::string& id : options.backends)
     sessions.push_back(std::make_unique<Session>(find_backend(id), options.device, split, asked));
@@ -180,7 +188,7 @@ SweepSummary run_sweep(Config config, const SweepOptions& options) {
     const std::vector<Block> blocks = blocks_of(plan, session->device().backend, book, config.measure.block_cases);
     std::size_t pending = 0;
     for (const Block& block : blocks) pending += block.size();
-    DeviceSweep sweep(*session, parts, book, options.output);
+    DeviceSweep sweep(*session, parts, book, options.output, options.device_bakes);
     sweep.run(blocks, [&](double done) {
       progress.update((done_before + done) / static_cast<double>(plan.cases.size()),
                       fmt::format("{} cases on {}", pending, session->device().name));

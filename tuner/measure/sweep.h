@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "tuner/measure/device_bake.h"
 #include "tuner/measure/draw_block.h"
 #include "tuner/measure/pictures.h"
 #include "tuner/measure/session.h"
@@ -27,6 +28,7 @@ struct SweepOptions {
   std::optional<Shard> shard{};       ///< of those cases; none: all
   bool retry_failed = false;          ///< draw again what failed in an earlier start
   Pictured pictures = Pictured::shown;
+  DeviceBakes device_bakes = DeviceBakes::hardware;
   Slowdowns slowdowns{};
   bool quiet = false;  ///< no progress
   OpenDevice open = open_device;

@@ -60,6 +60,7 @@ std::vector<TableRow> case_table(const Run& run) {
                  .errors = std::vector<std::optional<double>>(metrics().size()),
                  .memory_bytes = record.memory_bytes,
                  .bake_time_ns = record.bake_time_ns,
+                 .device_bake_ns = record.device_bake_ns,
                  .first_draw_ns = record.first_draw_ns,
                  .frame_time = std::nullopt,
                  .ns_per_px = ns_per_px(run, record),

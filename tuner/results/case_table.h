@@ -34,10 +34,11 @@ struct TableRow {
   double coarse_filter = 0;
   std::int64_t memory_bytes = 0;
   double bake_time_ns = 0;
-  std::optional<double> first_draw_ns{};  ///< as Record has it
-  std::optional<Summary> frame_time;      ///< ns a frame, as the sweep summed it up; there where status is ok
-  std::optional<double> ns_per_px{};      ///< as ns_per_px() gives it; none of tables of earlier versions
-  std::vector<double> samples_ns;         ///< ns a frame, corrected for drift; by time of measurement
+  std::optional<double> device_bake_ns{};  ///< as Record has it
+  std::optional<double> first_draw_ns{};   ///< as Record has it
+  std::optional<Summary> frame_time;       ///< ns a frame, as the sweep summed it up; there where status is ok
+  std::optional<double> ns_per_px{};       ///< as ns_per_px() gives it; none of tables of earlier versions
+  std::vector<double> samples_ns;          ///< ns a frame, corrected for drift; by time of measurement
 };
 
 [[nodiscard]] MeasuredDevice measured_device(const TableRow& row);
@@ -58,8 +59,9 @@ struct TableRow {
 /// table.csv (RFC 4180): a header and a row a case. Columns: case, technique, backend, device, driver, machine,
 /// scene, scene_key, status, reason, map, every other parameter of the registry (blank where inactive), every metric of
 /// the registry (blank where it is not defined), coarse_filter (blank where it is 0), memory_bytes, bake_time_ns,
-/// first_draw_ns (blank where nothing was compiled), median_ns, mad_ns, ci_low_ns, ci_high_ns, median_ns_per_px,
-/// samples_ns (all samples, space-separated, five digits). throws: Error(bad_input): a number that is not finite
+/// device_bake_ns (blank where it was not measured), first_draw_ns (blank where nothing was compiled), median_ns,
+/// mad_ns, ci_low_ns, ci_high_ns, median_ns_per_px, samples_ns (all samples, space-separated, five digits). throws:
+/// Error(bad_input): a number that is not finite
 void write_case_table(std::span<const TableRow> rows, std::ostream& out);
 
 /// Reads table.csv back. A parameter, metric, driver, machine, scene key, coarse filter or time per pixel whose column

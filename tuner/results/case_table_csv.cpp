@@ -19,15 +19,17 @@ namespace {
 /// Columns before the parameters, and after the metrics.
 constexpr std::string_view kLeading[] = {"case",  "technique", "backend", "device", "driver", "machine",
                                          "scene", "scene_key", "status",  "reason", "map"};
-constexpr std::string_view kTrailing[] = {"coarse_filter",    "memory_bytes", "bake_time_ns", "first_draw_ns",
-                                          "median_ns",        "mad_ns",       "ci_low_ns",    "ci_high_ns",
-                                          "median_ns_per_px", "samples_ns"};
+constexpr std::string_view kTrailing[] = {"coarse_filter", "memory_bytes",     "bake_time_ns", "device_bake_ns",
+                                          "first_draw_ns", "median_ns",        "mad_ns",       "ci_low_ns",
+                                          "ci_high_ns",    "median_ns_per_px", "samples_ns"};
 constexpr std::string_view kSceneKeyColumn = "scene_key";
 constexpr std::string_view kCoarseFilterColumn = "coarse_filter";
+constexpr std::string_view kDeviceBakeColumn = "device_bake_ns";
 constexpr std::string_view kFirstDrawColumn = "first_draw_ns";
 constexpr std::string_view kPerPixelColumn = "median_ns_per_px";
 /// Those that tables of earlier versions lack.
-constexpr std::string_view kLater[] = {"driver", "machine", kSceneKeyColumn, kCoarseFilterColumn, kPerPixelColumn};
+constexpr std::string_view kLater[] = {"driver",          "machine",      kSceneKeyColumn, kCoarseFilterColumn,
+                                       kDeviceBakeColumn, kPerPixelColumn};
 constexpr std::string_view kMapColumn = "map";  // the map that the case ran on; where it is a parameter, its value
 
 std::vector<std::string> param_columns() {
@@ -81,6 +83,7 @@ std::vector<std::string> cells_of(const TableRow& row, std::span<const std::stri
   cells.push_back(row.coarse_filter > 0 ? number_text(row.coarse_filter, row, kCoarseFilterColumn) : "");
   cells.push_back(fmt::format("{}", row.memory_bytes));
   cells.push_back(number_text(row.bake_time_ns, row, "bake_time_ns"));
+  cells.push_back(row.device_bake_ns ? number_text(*row.device_bake_ns, row, kDeviceBakeColumn) : "");
   cells.push_back(row.first_draw_ns ? number_text(*row.first_draw_ns, row, kFirstDrawColumn) : "");
   const Summary time = row.frame_time.value_or(Summary{});
   for (const double value : {time.median, time.mad, time.ci_low, time.ci_high})
@@ -181,6 +184,7 @@ TableRow row_in(const Cells& cells, std::span<const std::string> params) {
                .coarse_filter = cells.optional_number(kCoarseFilterColumn).value_or(0),
                .memory_bytes = cells.integer("memory_bytes"),
                .bake_time_ns = cells.number("bake_time_ns"),
+               .device_bake_ns = cells.optional_number(kDeviceBakeColumn),
                .first_draw_ns = cells.optional_number(kFirstDrawColumn),
                .frame_time = std::nullopt,
                .ns_per_px = cells.optional_number(kPerPixelColumn),

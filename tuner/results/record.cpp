@@ -208,6 +208,7 @@ void to_json(json& j, const Record& record) {
                {"timing_key", record.timing_key},
                {"bake_key", record.bake_key},
                {"reference_key", record.reference_key}};
+  if (record.device_bake_ns) line["device_bake_ns"] = *record.device_bake_ns;
   if (record.first_draw_ns) line["first_draw_ns"] = *record.first_draw_ns;
   if (!record.reason.empty()) line["reason"] = record.reason;
   if (record.frame_time) line["frame_time_ns"] = frame_time_json(*record.frame_time);
@@ -232,10 +233,12 @@ void from_json(const json& j, Record& record) {
             .error = std::nullopt,
             .memory_bytes = integer<std::int64_t>(j, "memory_bytes"),
             .bake_time_ns = number(j, "bake_time_ns"),
+            .device_bake_ns = std::nullopt,
             .first_draw_ns = std::nullopt,
             .timing_key = text(j, "timing_key"),
             .bake_key = text(j, "bake_key"),
             .reference_key = text(j, "reference_key")};
+  if (optional_member(j, "device_bake_ns") != nullptr) record.device_bake_ns = positive(j, "device_bake_ns");
   if (optional_member(j, "first_draw_ns") != nullptr) record.first_draw_ns = number(j, "first_draw_ns");
   if (const json* time = optional_member(j, "frame_time_ns")) record.frame_time = parse_frame_time(*time);
   if (const json* error = optional_member(j, "error")) record.error = parse_score(*error);

@@ -60,6 +60,8 @@ struct Record {
   /// From heights to texels, on the processor: of the baker as it was when the map was baked (cached maps keep that,
   /// whichever machine it was), and of encoding and packing now. 0: no map
   double bake_time_ns = 0;
+  /// The same on the case's device, by its own baker (measure/device_bake.h); none where it has none, or was not asked.
+  std::optional<double> device_bake_ns{};
   /// Compile with first draw of the shaded frame; none where the pipeline came from the cache.
   std::optional<double> first_draw_ns{};
   std::string timing_key;  ///< setting, scene key, SPIR-V, device, driver and stages (stages.h)

@@ -62,6 +62,7 @@ json measurements_of(const TableRow& row) {
     if (row.errors[i]) add(metrics()[i].id, *row.errors[i], metrics()[i].unit);
   add("memory", row.memory_bytes, "bytes");
   add("bake_time", row.bake_time_ns * kMsPerNs, "ms");
+  if (row.device_bake_ns) add("device_bake_time", *row.device_bake_ns * kMsPerNs, "ms");
   return list;
 }
 
