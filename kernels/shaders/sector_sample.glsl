@@ -69,8 +69,8 @@ Relief sample_relief(Ray ray, float t, int shape, int channel, inout int taps) {
 // What may be missing of the height, as the sampler reads beside the ray, by SAMPLER_SHIFT texels along each axis and
 // by what the atlas's coordinates are rounded. What it reads stands over that point, q; at a point p ahead of the ray,
 // or behind it, the surface is no higher than at the point that lies from q as p lies from the ray, plus its slope, of
-// one height a texel at most, along either axis. A wider cone does not help, as in cone_sample.glsl: a ray beside it may
-// have left the sector.
+// one height a texel at most, along either axis. A wider cone does not help, as in cone_sample.glsl: a ray beside it
+// may have left the sector.
 float sampler_shift(int level) {
   ivec2 atlas = textureSize(extra_map, 0);
   return 2.0 * (float(SAMPLER_SHIFT) * SAMPLER_UNIT + ATLAS_ROUNDING * float(max(atlas.x, atlas.y)));

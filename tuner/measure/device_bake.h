@@ -23,7 +23,7 @@ namespace reliefbench {
 /// Whose maps are baked by their device, too, to be timed.
 enum class DeviceBakes { hardware, always, never };
 [[nodiscard]] bool wants_bakes(DeviceBakes wanted, const DeviceInfo& device);
-/// Whether a GPU has a baker for the map that these settings read.
+/// Whether a GPU can make the textures that these settings read: the kind has a baker, and they are not of blocks.
 [[nodiscard]] bool has_device_bake(const Settings& settings);
 
 /// What maps take on a session's device, each measured once a run. Must not outlive session, library and split.
@@ -32,11 +32,10 @@ class DeviceBakeTimes {
   /// earlier: of the run
   DeviceBakeTimes(Session& session, MapLibrary& library, WallSplit& split, std::span<const Record> earlier);
 
-  /// ns; none where the kind has no GPU baker, or the device did not bake it. Not to be asked for in a timing block.
-  /// record: whose bake_key is the map's
-  /// tries: measures it where it is not known; else none
-  /// release: gives up whatever is on the device; called before it is opened again
-  /// throws: FileError; Error(environment): the lost device does not come back
+  /// ns; none where there is no such bake, or the device did not make it, textures and all. Not to be asked for in a
+  /// timing block. record: whose bake_key is the map's tries: measures it where it is not known; else none release:
+  /// gives up whatever is on the device; called before it is opened again throws: FileError; Error(environment): the
+  /// lost device does not come back
   [[nodiscard]] std::optional<double> time_of(const Record& record, const Settings& settings, const SceneSpec& scene,
                                               bool tries, const std::function<void()>& release);
 
